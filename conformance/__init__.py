@@ -1,0 +1,1 @@
+"""Holds a CANopen device, real or simulated, against its own manual."""

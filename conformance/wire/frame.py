@@ -1,0 +1,111 @@
+"""A classical CAN frame and its length on the bus (ISO 11898-1, CAN 2.0 A and B)."""
+
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final
+
+from conformance.wire.errors import WireError
+from conformance.wire.guard import check_length, check_range
+from conformance.wire.notation import hex_bytes, hex_can_id
+
+_BASE_ID_MAX: Final = 0x7FF
+_EXTENDED_ID_MAX: Final = 0x1FFF_FFFF
+_UNSTUFFED_BITS: Final = 1 + 2 + 7 + 3
+"""CRC delimiter, ACK slot and delimiter, end of frame, intermission."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One data or remote frame.
+
+    Attributes:
+        can_id: 11-bit identifier, or 29-bit if `extended`.
+        data: 0 to 8 bytes; empty in a remote frame.
+        remote: True for a remote transmission request.
+        extended: True for the 29-bit format.
+        dlc: Data length code, 0 to 8. Follows from `data` in a data frame; 0 by default in a
+            remote frame.
+    """
+
+    can_id: int
+    data: bytes = b""
+    remote: bool = False
+    extended: bool = False
+    dlc: int = -1
+
+    def __post_init__(self) -> None:
+        check_range("CAN-ID", self.can_id, 0, _EXTENDED_ID_MAX if self.extended else _BASE_ID_MAX)
+        check_length("CAN data field", self.data, *((0,) if self.remote else range(9)))
+        if self.dlc == -1:
+            object.__setattr__(self, "dlc", len(self.data))
+        if self.remote:
+            check_range("DLC of a remote frame", self.dlc, 0, 8)
+        elif self.dlc != len(self.data):
+            raise WireError(
+                f"DLC: expected {len(self.data)} for {hex_bytes(self.data)}, got {self.dlc}",
+            )
+
+    def __str__(self) -> str:
+        name = hex_can_id(self.can_id, extended=self.extended)
+        if self.remote:
+            return f"{name} RTR dlc {self.dlc}"
+        return f"{name} {hex_bytes(self.data)}" if self.data else name
+
+
+def data_of(what: str, frame: Frame, *lengths: int) -> bytes:
+    """Return the data of `frame`.
+
+    Raises:
+        WireError: It is a remote or extended frame, or has none of the `lengths` (bytes).
+    """
+    if frame.remote or frame.extended:
+        raise WireError(f"{what}: expected a data frame with 11-bit CAN-ID, got {frame}")
+    check_length(what, frame.data, *lengths)
+    return frame.data
+
+
+@lru_cache(maxsize=4096)
+def bit_length(frame: Frame) -> int:
+    """Return the bit times `frame` takes on the bus, with its stuff bits and the intermission."""
+    header, width = _header(frame)
+    content = header << 8 * len(frame.data) | int.from_bytes(frame.data, "big")
+    width += 8 * len(frame.data) + 15
+    bits = f"{content << 15 | _crc15(content):0{width}b}"
+    return width + _stuff_bits(bits) + _UNSTUFFED_BITS
+
+
+def _header(frame: Frame) -> tuple[int, int]:
+    """Return the bits from SOF to DLC and their number."""
+    tail = frame.remote << 6 | frame.dlc  # RTR, two dominant bits (IDE r0, or r1 r0), DLC
+    if not frame.extended:
+        return frame.can_id << 7 | tail, 19
+    base, extension = frame.can_id >> 18, frame.can_id & 0x3_FFFF
+    return base << 27 | 0b11 << 25 | extension << 7 | tail, 39  # recessive SRR and IDE
+
+
+def _crc15_step(remainder: int) -> int:
+    for _ in range(8):
+        remainder = remainder << 1 ^ (0x4599 if remainder & 0x4000 else 0)
+    return remainder & 0x7FFF
+
+
+_CRC15_TABLE: Final = tuple(_crc15_step(byte << 7) for byte in range(256))
+
+
+def _crc15(bits: int) -> int:
+    """Return the CRC sequence; leading zeros, SOF too, leave it unchanged."""
+    crc = 0
+    for byte in bits.to_bytes((bits.bit_length() + 7) // 8, "big"):
+        crc = crc << 8 & 0x7FFF ^ _CRC15_TABLE[crc >> 7 ^ byte]
+    return crc
+
+
+_STUFFED_RUN: Final = re.compile(
+    r"0{5}(?:1{4}0{4})*(?:1{4})?|1{5}(?:0{4}1{4})*(?:0{4})?",
+)
+"""Five equal bits, and the groups of four that reach five with the stuff bit before them."""
+
+
+def _stuff_bits(bits: str) -> int:
+    return sum((len(run) - 1) // 4 for run in _STUFFED_RUN.findall(bits))
