@@ -1,0 +1,51 @@
+"""The errors of the suite, one class per kind of blame: our input, our rig, or the device."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+class ConformanceError(Exception):
+    """Base of every error the suite raises on purpose."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One mistake in a file a person wrote.
+
+    Args:
+        path: The file.
+        line: 1-based line, 0 when the whole file is meant.
+        key: Where in the file, as a person would say it (``objects.0x1017.default``).
+        text: ``expected …, got …``.
+    """
+
+    path: Path
+    line: int
+    key: str
+    text: str
+
+    def __str__(self) -> str:
+        place = f"{self.path}:{self.line}" if self.line else str(self.path)
+        return f"{place}: {self.key}: {self.text}" if self.key else f"{place}: {self.text}"
+
+
+class SpecError(ConformanceError):
+    """A file or an argument the user gave is wrong; nothing was sent."""
+
+    def __init__(self, *problems: Problem | str) -> None:
+        super().__init__("\n".join(str(problem) for problem in problems))
+        self.problems = problems
+
+
+class BenchError(ConformanceError):
+    """The rig (adapter, bus, power, disk) failed; no verdict on the device follows from it."""
+
+
+class NodeTimeout(ConformanceError):  # noqa: N818 - CANopen calls the missing answer a timeout
+    """The node did not answer within the time allowed."""
+
+
+class SetupRefused(ConformanceError):  # noqa: N818 - a state of the check, not a fault of anyone
+    """The node refused a step that a check needs before it can judge: the check is inconclusive."""

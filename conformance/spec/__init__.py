@@ -1,0 +1,1 @@
+"""Device spec: what a manual says a device does, as data with a source per figure."""

@@ -1,0 +1,186 @@
+"""A device spec resolved for one variant, node-ID and set of readings; what everything else uses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+from conformance.spec.document import (
+    Access,
+    Ambiguity,
+    DeviceInfo,
+    Follows,
+    Kind,
+    ManualInfo,
+    Services,
+)
+from conformance.wire.datatypes import DataType, Value
+
+StateName: TypeAlias = Literal["pre-operational", "operational", "stopped"]
+Key: TypeAlias = tuple[int, int]
+Range: TypeAlias = tuple[int, int]
+
+
+def address(index: int, sub: int | None = None) -> str:
+    """Return an object's address as the standards print it: ``1017h`` or ``1018h:01``."""
+    return f"{index:04X}h" if sub is None else f"{index:04X}h:{sub:02X}"
+
+
+def is_legal(value: int, ranges: tuple[Range, ...] | None) -> bool:
+    """Tell whether a value is inside one of some ranges; None allows all."""
+    return ranges is None or any(first <= value <= last for first, last in ranges)
+
+
+@dataclass(frozen=True, slots=True)
+class LimitsBy:
+    """Ranges that hold while another entry has a certain value."""
+
+    key: Key
+    ranges: Mapping[int, tuple[Range, ...]]
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One object dictionary entry.
+
+    Args:
+        index: 0..FFFFh.
+        sub: Sub-index, 0..FFh.
+        in_record: The object has sub-indices, so the address is printed with one.
+        ranges: Allowed intervals, both ends included; None where the manual gives none.
+        values: Documented enumeration: value to meaning.
+        octets: Least and greatest length of a string.
+        scale: Physical value of one bit, in ``unit``.
+        bits: Meaning of each bit.
+        mappable: None where the manual says nothing.
+        reserved: Listed, but every access must be answered with an abort.
+        optional: The manual leaves open whether the entry exists.
+        writable_in: NMT states in which a download is allowed; None for all with SDO.
+        affects: Indices that a download to this command changes.
+        follows: What the value shows; for the simulated device.
+        source: Section of the manual for the entry.
+        sources: Section per attribute, where it differs.
+        alternatives: The entry under other readings of an ambiguity judged by either reading.
+    """
+
+    index: int
+    sub: int
+    in_record: bool
+    name: str
+    type: DataType
+    access: Access
+    kind: Kind
+    default: Value | None = None
+    ranges: tuple[Range, ...] | None = None
+    values: Mapping[int, str] | None = None
+    limits_by: LimitsBy | None = None
+    octets: Range | None = None
+    unit: str | None = None
+    scale: float | None = None
+    bits: Mapping[int, str] | None = None
+    mappable: bool | None = None
+    persistent: bool | None = None
+    reserved: bool = False
+    optional: bool = False
+    writable_in: tuple[StateName, ...] | None = None
+    affects: tuple[int, ...] = ()
+    follows: Follows | None = None
+    source: str = ""
+    sources: Mapping[str, str] = field(default_factory=dict)
+    alternatives: tuple[Alternative, ...] = ()
+
+    @property
+    def key(self) -> Key:
+        """Index and sub-index."""
+        return self.index, self.sub
+
+    @property
+    def address(self) -> str:
+        """The address as printed: ``1017h`` or ``1018h:01``."""
+        return address(self.index, self.sub if self.in_record else None)
+
+    @property
+    def readings(self) -> tuple[Entry, ...]:
+        """The entry as judged, then as other readings have it."""
+        return (self, *(alternative.entry for alternative in self.alternatives))
+
+    @property
+    def readable(self) -> bool:
+        """An upload is documented to succeed."""
+        return self.access != "wo" and not self.reserved
+
+    @property
+    def writable(self) -> bool:
+        """A download is documented to succeed."""
+        return self.access in ("rw", "wo") and not self.reserved
+
+    def source_of(self, attribute: str) -> str:
+        """Return the section that documents one attribute."""
+        return self.sources.get(attribute, self.source)
+
+    @property
+    def legal(self) -> tuple[Range, ...] | None:
+        """The documented intervals, an enumeration counted as one-value intervals."""
+        if self.ranges is not None:
+            return self.ranges
+        if self.values is not None:
+            return tuple((value, value) for value in sorted(self.values))
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """An entry as another reading of an ambiguity has it."""
+
+    ambiguity: str
+    reading: int
+    entry: Entry
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceSpec:
+    """What a manual says about one variant of a device at one node-ID.
+
+    Args:
+        name: Name of the spec: its file's name without the ending.
+        variant: Name of the variant.
+        node_id: 1..127; expressions in the spec are evaluated with it.
+        bitrate: Factory bit rate in bit/s.
+        entries: By index and sub-index, in ascending order.
+        readings: Ambiguity id to the reading this spec was resolved with.
+        sha256: Hash of the spec file.
+    """
+
+    name: str
+    device: DeviceInfo
+    manual: ManualInfo
+    variant: str
+    node_id: int
+    bitrate: int
+    services: Services
+    entries: Mapping[Key, Entry]
+    ambiguities: tuple[Ambiguity, ...]
+    readings: Mapping[str, int]
+    sha256: str
+
+    def entry(self, index: int, sub: int = 0) -> Entry | None:
+        """Return an entry, or None when the manual has none there."""
+        return self.entries.get((index, sub))
+
+    def subs(self, index: int) -> tuple[Entry, ...]:
+        """Return all entries of one object, by ascending sub-index."""
+        return tuple(entry for key, entry in self.entries.items() if key[0] == index)
+
+    def indices(self) -> tuple[int, ...]:
+        """Return every documented index, ascending."""
+        return tuple(dict.fromkeys(index for index, _ in self.entries))
+
+    def by_kind(self, *kinds: Kind) -> Iterator[Entry]:
+        """Return the entries of some kinds."""
+        return (entry for entry in self.entries.values() if entry.kind in kinds)
+
+    def cite(self, section: str) -> str:
+        """Return a citation: manual, revision and section."""
+        return f"{self.manual.title} {self.manual.revision}, {section}"

@@ -1,0 +1,256 @@
+"""From the document to the resolved spec: variants chosen, expressions evaluated, readings applied."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar, cast
+
+from pydantic import TypeAdapter
+
+from conformance.spec.document import (
+    Ambiguity,
+    EntryDoc,
+    ObjectDoc,
+    RecordDoc,
+    Services,
+    SpecDocument,
+    VariableDoc,
+    shape,
+)
+from conformance.spec.expressions import ExpressionError, evaluate
+from conformance.spec.model import Alternative, Entry, Key, LimitsBy, Range
+from conformance.spec.yaml_reader import Path_
+from conformance.wire.datatypes import DataType, Value
+
+T = TypeVar("T")
+Report = Callable[[Path_, str], None]
+
+
+def parse_key(text: str) -> Key:
+    """Return index and sub-index of ``0x3110:1``, or of ``0x1017`` for sub-index 0.
+
+    Raises:
+        ValueError: The text is no such address.
+    """
+    index, _, sub = text.partition(":")
+    return int(index, 0), int(sub or "0", 0)
+
+
+def parse_path(text: str) -> Path_:
+    """Return the keys of a path such as ``objects/0x1003/subs/0/default``."""
+    return tuple(_number_or_name(part) for part in text.split("/"))
+
+
+def _number_or_name(part: str) -> int | str:
+    try:
+        return int(part, 0)
+    except ValueError:
+        return part
+
+
+def apply_changes(data: Any, changes: Mapping[str, Any]) -> Any:
+    """Return a spec's plain data with the values at some paths replaced; what is not on them is shared.
+
+    Raises:
+        KeyError: A path's parent does not exist; the argument is the path.
+    """
+    for text, value in changes.items():
+        try:
+            data = _replaced(data, parse_path(text), value)
+        except (KeyError, IndexError, TypeError):
+            raise KeyError(text) from None
+    return data
+
+
+def _replaced(place: Any, path: Path_, value: Any) -> Any:
+    first, *rest = path
+    copied = place.copy()
+    copied[first] = _replaced(copied[first], tuple(rest), value) if rest else value
+    return copied
+
+
+def patched(document: SpecDocument, data: Any, changes: Mapping[str, Any]) -> SpecDocument:
+    """Return the document as it is with the changes of a reading.
+
+    Args:
+        document: The document as it stands in the file.
+        data: The plain data it was made from.
+        changes: Path to value.
+
+    Raises:
+        ValidationError: A value does not fit its path.
+        KeyError: A path does not exist.
+    """
+    if not changes:
+        return document
+    changed = apply_changes(data, changes)
+    objects = dict(document.objects)
+    for index in touched_objects(changes):
+        objects[index] = _OBJECT.validate_python(changed["objects"][index])
+    update: dict[str, Any] = {"objects": objects}
+    if any(parse_path(text)[0] == "services" for text in changes):
+        update["services"] = Services.model_validate(changed["services"])
+    return document.model_copy(update=update)
+
+
+def touched_objects(changes: Mapping[str, Any]) -> list[int]:
+    """Return the indices of the objects that a reading changes."""
+    paths = (parse_path(text) for text in changes)
+    return sorted({path[1] for path in paths if path[0] == "objects" and isinstance(path[1], int)})
+
+
+_OBJECT: TypeAdapter[VariableDoc | RecordDoc] = TypeAdapter(ObjectDoc)
+
+
+def chosen_readings(
+    ambiguities: list[Ambiguity], asked: Mapping[str, int] | None = None
+) -> dict[str, int]:
+    """Return the 1-based reading in force per ambiguity: the one asked for, judged, or first."""
+    chosen = {a.id: 1 if isinstance(a.judged_by, str) else a.judged_by for a in ambiguities}
+    chosen.update(asked or {})
+    return chosen
+
+
+@dataclass(slots=True)
+class EntryResolver:
+    """Builds entries for one variant and node-ID.
+
+    Args:
+        variant: Name of the variant.
+        node_id: 1..127.
+        report: Called with the path in the file and ``expected …, got …`` for each mistake.
+    """
+
+    variant: str
+    node_id: int
+    report: Report
+    path: Path_ = field(default=(), init=False)
+
+    def entries(self, document: SpecDocument) -> dict[Key, Entry]:
+        """Return every entry of the variant, ascending."""
+        return {
+            entry.key: entry
+            for index in sorted(document.objects)
+            for entry in self.object(document, index)
+        }
+
+    def object(self, document: SpecDocument, index: int) -> Iterator[Entry]:
+        """Return the entries of one object, ascending."""
+        doc = document.objects[index]
+        if doc.variants is not None and self.variant not in doc.variants:
+            return
+        if not isinstance(doc, RecordDoc):
+            yield self._entry(doc, index, 0, doc.source, ("objects", index))
+            return
+        for sub, sub_doc in sorted(doc.subs.items()):
+            if sub_doc.variants is None or self.variant in sub_doc.variants:
+                yield self._entry(sub_doc, index, sub, doc.source, ("objects", index, "subs", sub))
+
+    def _entry(self, doc: EntryDoc, index: int, sub: int, source: str, path: Path_) -> Entry:
+        self.path = path
+        kind = DataType[doc.type]
+        values = self._of_variant(doc.values, "values")
+        return Entry(
+            index=index,
+            sub=sub,
+            in_record="subs" in path,
+            name=doc.name,
+            type=kind,
+            access=doc.access,
+            kind=doc.kind,
+            default=self._default(doc, kind),
+            ranges=self._ranges(self._of_variant(doc.ranges, "ranges"), "ranges"),
+            values=None if values is None else dict(sorted(values.items())),
+            limits_by=self._limits_by(doc),
+            octets=None if doc.octets is None else (doc.octets[0], doc.octets[1]),
+            unit=doc.unit,
+            scale=doc.scale,
+            bits=doc.bits,
+            mappable=doc.mappable,
+            persistent=doc.persistent,
+            reserved=doc.reserved,
+            optional=doc.optional,
+            writable_in=None if doc.writable_in is None else tuple(doc.writable_in),
+            affects=tuple(doc.affects),
+            follows=doc.follows,
+            source=doc.source or source,
+            sources=dict(doc.sources),
+        )
+
+    def _of_variant(self, value: T | dict[str, T] | None, attribute: str) -> T | None:
+        by_variant = shape(value) == "by_variant"
+        if not by_variant or not isinstance(value, dict):
+            return cast("T | None", value)
+        if self.variant not in value:
+            self.report((*self.path, attribute), f"expected a value for {self.variant!r}")
+        return value.get(self.variant)
+
+    def _default(self, doc: EntryDoc, kind: DataType) -> Value | None:
+        value = cast("int | str | None", self._of_variant(doc.default, "default"))
+        if value is None or not kind.is_integer:
+            if isinstance(value, int):
+                self.report((*self.path, "default"), f"expected a text for {doc.type}, got {value}")
+                return None
+            return value
+        return self._integer(value, "default")
+
+    def _integer(self, value: int | str, attribute: str) -> int:
+        if isinstance(value, int):
+            return value
+        try:
+            return evaluate(value, self.node_id)
+        except ExpressionError as error:
+            self.report((*self.path, attribute), str(error))
+            return 0
+
+    def _ranges(
+        self, ranges: list[list[int | str]] | None, attribute: str
+    ) -> tuple[Range, ...] | None:
+        if ranges is None:
+            return None
+        return tuple(
+            (self._integer(low, attribute), self._integer(high, attribute)) for low, high in ranges
+        )
+
+    def _limits_by(self, doc: EntryDoc) -> LimitsBy | None:
+        if doc.limits_by is None:
+            return None
+        try:
+            key = parse_key(doc.limits_by.object)
+        except ValueError:
+            self.report(
+                (*self.path, "limits_by", "object"),
+                f"expected an address such as 0x3110:1, got {doc.limits_by.object!r}",
+            )
+            return None
+        ranges = {
+            value: self._ranges(limits, "limits_by") or ()
+            for value, limits in doc.limits_by.ranges.items()
+        }
+        return LimitsBy(key, ranges, doc.limits_by.source)
+
+
+def with_alternatives(
+    entries: dict[Key, Entry], others: list[tuple[str, int, list[int], dict[Key, Entry]]]
+) -> dict[Key, Entry]:
+    """Return the entries, each with what other readings make of it.
+
+    Args:
+        entries: As judged.
+        others: Ambiguity, number of the reading, indices it touches, and their entries under it.
+            An entry that is missing there becomes optional.
+    """
+    result = dict(entries)
+    for ambiguity, reading, indices, others_entries in others:
+        for key, base in entries.items():
+            if key[0] not in indices:
+                continue
+            other = others_entries.get(key)
+            known = result[key]
+            if other is None:
+                result[key] = replace(known, optional=True)
+            elif other != base:
+                more = Alternative(ambiguity, reading, other)
+                result[key] = replace(known, alternatives=(*known.alternatives, more))
+    return result
