@@ -1,0 +1,63 @@
+"""What a COB-ID written to an object must satisfy (CiA 301 v4.2.0, 7.3.5, 7.5.2.5, 7.5.2.17, 7.5.2.37)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Final
+
+from conformance.simulator.node import Node
+from conformance.simulator.rejection import SdoAbortError
+from conformance.spec.document import Services
+from conformance.spec.model import Key
+from conformance.wire.abort import AbortCode
+from conformance.wire.cob_id import is_restricted
+from conformance.wire.datatypes import Value
+
+NOT_VALID: Final = 1 << 31
+NO_RTR: Final = 1 << 30
+GENERATES: Final = 1 << 30
+"""Bit 30 of the SYNC COB-ID."""
+
+CAN_ID: Final = 0x7FF
+_WIDE: Final = 0x3FFF_F800
+"""Bits 11 to 29: only with 29-bit identifiers, which the devices do not offer."""
+
+
+def guard_cob_ids(node: Node, services: Services) -> None:
+    """Let the COB-IDs of SYNC, EMCY and TPDOs be written by the rules only."""
+    if services.sync_consumer is not None:
+        _guard(node, (services.sync_consumer.object, 0), _check_sync)
+    if services.emcy_producer is not None:
+        _guard(node, (services.emcy_producer.object, 0), _check_producer)
+    if services.tpdo is not None:
+        for number in range(services.tpdo.count):
+            _guard(node, (services.tpdo.communication + number, 1), _check_producer)
+
+
+def _guard(node: Node, key: Key, check: Callable[[Node, Key, Value], None]) -> None:
+    node.dictionary.guards[key].append(partial(check, node, key))
+
+
+def _check_sync(node: Node, _key: Key, value: Value) -> None:
+    word = int(value)
+    if word & (GENERATES | _WIDE):
+        raise SdoAbortError(AbortCode.INVALID_VALUE)
+    _check_restricted(node, word)
+
+
+def _check_producer(node: Node, key: Key, value: Value) -> None:
+    word, before = int(value), node.dictionary.number(*key)
+    if word & _WIDE:
+        raise SdoAbortError(AbortCode.INVALID_VALUE)
+    if word & NOT_VALID:
+        return
+    _check_restricted(node, word)
+    moved = (word ^ before) & CAN_ID and not before & NOT_VALID
+    if moved and not node.faults.cob_id_changes_while_valid:
+        raise SdoAbortError(AbortCode.INVALID_VALUE)
+
+
+def _check_restricted(node: Node, word: int) -> None:
+    if is_restricted(word & CAN_ID) and not node.faults.cob_id_accepts_restricted:
+        raise SdoAbortError(AbortCode.INVALID_VALUE)

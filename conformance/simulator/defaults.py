@@ -1,0 +1,72 @@
+"""The value an entry has on the first day, also where the manual gives none."""
+
+from __future__ import annotations
+
+from itertools import cycle, islice
+
+from conformance.simulator.faults import Faults
+from conformance.spec.model import Entry
+from conformance.wire.datatypes import DataType, Value
+
+_TEXT = "1.0"
+_REALS = (DataType.REAL32, DataType.REAL64)
+
+
+def initial_value(entry: Entry, serial_number: int, faults: Faults) -> Value:
+    """Return the factory value of an entry.
+
+    Args:
+        entry: The entry.
+        serial_number: Of this device.
+        faults: Defects to show.
+    """
+    if entry.follows == "serial-number":
+        return _serial_number(entry, serial_number)
+    if entry.default is None:
+        return _plausible(entry)
+    if isinstance(entry.default, str):
+        return _from_text(entry.default, entry.type)
+    if entry.index in faults.wrong_defaults and entry.type.is_integer:
+        value = int(entry.default)
+        return value - 1 if value == entry.type.maximum else value + 1
+    return entry.default
+
+
+def _from_text(text: str, kind: DataType) -> Value:
+    if _is_text(kind):
+        return text
+    if kind in _REALS:
+        return float(text)
+    if kind is DataType.BOOLEAN:
+        return text.lower() in ("1", "true")
+    return text.encode("latin-1")
+
+
+def _serial_number(entry: Entry, serial_number: int) -> Value:
+    if entry.type.is_integer:
+        return min(serial_number, entry.type.maximum)
+    least = 0 if entry.octets is None else entry.octets[0]
+    text = str(serial_number).rjust(least, "0")
+    return text if _is_text(entry.type) else text.encode("ascii")
+
+
+def _plausible(entry: Entry) -> Value:
+    """Return 0 or the lowest legal number, or the shortest legal text."""
+    if entry.type.is_integer:
+        legal = entry.legal or ()
+        if not legal or any(low <= 0 <= high for low, high in legal):
+            return 0
+        return min(low for low, _ in legal)
+    if entry.type in _REALS:
+        return 0.0
+    if entry.type is DataType.BOOLEAN:
+        return False
+    if entry.type.size is not None:
+        return bytes(entry.type.size)
+    least = len(_TEXT) if entry.octets is None else entry.octets[0]
+    text = "".join(islice(cycle(_TEXT), least))
+    return text if _is_text(entry.type) else text.encode("ascii")
+
+
+def _is_text(kind: DataType) -> bool:
+    return kind in (DataType.VISIBLE_STRING, DataType.UNICODE_STRING)

@@ -1,0 +1,222 @@
+"""A simulated CANopen device, sans-IO: frames and time in, frames out."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+
+from conformance.simulator import identity
+from conformance.simulator.agenda import Agenda
+from conformance.simulator.dictionary import ObjectDictionary
+from conformance.simulator.faults import Faults
+from conformance.simulator.firmware import Firmware
+from conformance.simulator.live import World
+from conformance.simulator.memory import NonVolatileMemory
+from conformance.simulator.node import Node
+from conformance.spec.load import SpecFile
+from conformance.spec.model import Key
+from conformance.spec.resolve import chosen_readings
+from conformance.wire import cob_id
+from conformance.wire.datatypes import Value
+from conformance.wire.frame import Frame
+from conformance.wire.nmt import NmtCommand
+
+BOOT_NS = 200_000_000
+"""From power-on or NMT reset node to the boot-up message."""
+
+RESET_COMMUNICATION_NS = 20_000_000
+"""From NMT reset communication to the boot-up message."""
+
+COMMUNICATION = range(0x1000, 0x2000)
+"""The indices that NMT reset communication sets back (CiA 301 v4.2.0, 7.3.2.2.1)."""
+
+EVERYTHING = range(0x10000)
+
+
+class SimulatedDevice:
+    """A device that behaves as its spec says, apart from its faults.
+
+    Args:
+        spec_file: The device spec.
+        variant: The file's first one when None.
+        node_id: 1..127; the factory's when None.
+        readings: Ambiguity id to reading number.
+        faults: Defects to show.
+        seed: Of everything random.
+        serial_number: UNSIGNED32.
+
+    Raises:
+        SpecError: There is no such variant, node-ID or reading.
+    """
+
+    def __init__(
+        self,
+        spec_file: SpecFile,
+        *,
+        variant: str | None = None,
+        node_id: int | None = None,
+        readings: Mapping[str, int] | None = None,
+        faults: Faults | None = None,
+        seed: int = 0,
+        serial_number: int = 1,
+    ) -> None:
+        # every reading named, so that no alternatives have to be worked out
+        self._readings = chosen_readings(spec_file.document.ambiguities, readings)
+        self._file = spec_file
+        self.spec = spec_file.resolve(variant, node_id, self._readings)
+        self.memory = NonVolatileMemory(serial_number, self.spec.node_id, self.spec.bitrate)
+        identity.remember_node_id(self.spec, self.memory, self.spec.node_id)
+        self.world = World()
+        self.faults = faults or Faults()
+        self.bitrate = self.spec.bitrate
+        self.powered = False
+        self._random = random.Random(seed)  # noqa: S311 - repeatable defects, no secrets
+        self._agenda = Agenda()
+        self._firmware: Firmware | None = None
+        self._pending_node_id: int | None = None
+        self._outbox: list[Frame] = []
+        self._sent = 0
+
+    @property
+    def node_id(self) -> int:
+        """The node-ID in force."""
+        return self.spec.node_id
+
+    @property
+    def deadline_ns(self) -> int | None:
+        """When the device next wants to be stepped, None when only a frame can wake it."""
+        return self._agenda.deadline_ns
+
+    def power_on(self, now_ns: int) -> None:
+        """Switch the supply on."""
+        if not self.powered:
+            self.powered = True
+            self._sent = 0
+            self._agenda.now_ns = now_ns
+            self._start(EVERYTHING, {})
+
+    def power_off(self) -> None:
+        """Switch the supply off; only the non-volatile memory remains."""
+        self.powered = False
+        self._pending_node_id = None
+        self._halt()
+
+    def step(self, now_ns: int, frames: Sequence[Frame] = ()) -> list[Frame]:
+        """Let time pass up to ``now_ns`` and then take in frames.
+
+        Args:
+            now_ns: Never earlier than in the call before.
+            frames: Received at ``now_ns``, in order.
+
+        Returns:
+            The frames to send now, in order.
+        """
+        if not self.powered:
+            return []
+        self._agenda.run(now_ns)
+        for frame in frames:
+            if self._firmware is not None:
+                self._firmware.receive(frame)
+                if self.faults.garbage:
+                    self._babble()
+        if not self._outbox:
+            return []
+        sent, self._outbox = self._outbox, []
+        return sent
+
+    def world_changed(self) -> None:
+        """Take note of new physical values; the next step sends what follows from them."""
+        if self._firmware is not None:
+            self._firmware.emcy.update()
+
+    def raise_error(self, code: int) -> None:
+        """Let an error occur, by its emergency error code."""
+        if self._firmware is not None:
+            self._firmware.emcy.raise_error(code)
+
+    def clear_error(self, code: int) -> None:
+        """Let an error go."""
+        if self._firmware is not None:
+            self._firmware.emcy.clear_error(code)
+
+    def lss_node_id(self, node_id: int) -> None:
+        """Use a node-ID from the next NMT reset on, until the supply is switched off."""
+        self._pending_node_id = node_id
+
+    def lss_bitrate(self, bitrate: int) -> None:
+        """Use a bit rate now."""
+        self.bitrate = bitrate
+
+    def lss_store(self, node_id: int | None, bitrate: int | None) -> None:
+        """Keep what was configured in the non-volatile memory."""
+        if node_id is not None:
+            identity.remember_node_id(self.spec, self.memory, node_id)
+        if bitrate is not None:
+            identity.remember_bitrate(self.spec, self.memory, bitrate)
+
+    def _send(self, frame: Frame) -> None:
+        limit = self.faults.dies_after_frames
+        if self.faults.silent or (limit is not None and self._sent >= limit):
+            return
+        if self.faults.garbage and frame.can_id == cob_id.sdo_response(self.node_id):
+            return
+        self._sent += 1
+        self._outbox.append(frame)
+
+    def _babble(self) -> None:
+        for _ in range(self._random.randint(1, 3)):
+            data = self._random.randbytes(self._random.randint(0, 8))
+            self._outbox.append(Frame(cob_id.sdo_response(self.node_id), data))
+
+    def _halt(self) -> None:
+        self._firmware = None
+        self._outbox.clear()
+        self._agenda.clear()
+
+    def _reset(self, command: NmtCommand) -> None:
+        assert self._firmware is not None  # it asked for the reset
+        scope = COMMUNICATION if command is NmtCommand.RESET_COMMUNICATION else EVERYTHING
+        values = self._firmware.node.dictionary.changed()
+        if not self.faults.reset_keeps_values:
+            values = {key: value for key, value in values.items() if key[0] not in scope}
+        self._halt()
+        self._start(scope, values)
+
+    def _start(self, scope: range, kept: Mapping[Key, Value]) -> None:
+        """Initialise.
+
+        Args:
+            scope: Indices that are set back to what is stored.
+            kept: Values that outlive the reset.
+        """
+        everything = scope is EVERYTHING
+        configured = identity.configured_node_id(self.spec, self.memory)
+        self._use_spec(self._pending_node_id or configured)
+        if everything:
+            self.bitrate = identity.configured_bitrate(self.spec, self.memory)
+        delay_ns = BOOT_NS if everything else RESET_COMMUNICATION_NS
+        delay_ns = round(delay_ns * self.faults.boot_time_factor)
+        self._agenda.after(delay_ns, lambda: self._boot(scope, kept))
+
+    def _boot(self, scope: range, kept: Mapping[Key, Value]) -> None:
+        self._run({**self.memory.start_values(scope), **kept}).boot()
+
+    def _run(self, values: Mapping[Key, Value]) -> Firmware:
+        dictionary = ObjectDictionary(self.spec.entries, self.memory.serial_number, self.faults)
+        dictionary.load(values)
+        node = Node(self.node_id, dictionary, self._agenda, self.faults, self._send, self._random)
+        self._firmware = Firmware(self.spec, node, self, self._reset)
+        identity.observe_identity(node, self.spec, self.memory, self._use_node_id, self.lss_bitrate)
+        return self._firmware
+
+    def _use_spec(self, node_id: int) -> None:
+        if node_id != self.spec.node_id:
+            self.spec = self._file.resolve(self.spec.variant, node_id, self._readings)
+
+    def _use_node_id(self, node_id: int) -> None:
+        """Change the node-ID of the running node."""
+        assert self._firmware is not None  # its download asked for the change
+        node = self._firmware.node
+        self._halt()
+        self._use_spec(node_id)
+        self._run(node.dictionary.changed()).resume(node.state)

@@ -1,0 +1,222 @@
+"""Defects of a simulated device: named knobs, and the files that turn them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from conformance.errors import SpecError
+from conformance.resources import find
+from conformance.spec.validation import validate
+from conformance.spec.yaml_reader import YamlFile, read_yaml
+
+FOLDER = "fixtures/faults"
+OPTION = "--fault"
+
+Factor: TypeAlias = Annotated[float, Field(gt=0)]
+Command: TypeAlias = Literal[
+    "start", "stop", "enter-pre-operational", "reset-node", "reset-communication"
+]
+State: TypeAlias = Literal["pre-operational", "operational", "stopped"]
+Index: TypeAlias = Annotated[int, Field(ge=0, le=0xFFFF)]
+
+
+class Faults(BaseModel):
+    """How a simulated device deviates from its spec; without arguments it does not."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    # the whole device
+    silent: bool = Field(default=False, description="Sends nothing at all, not even boot-up.")
+    garbage: bool = Field(
+        default=False, description="Answers every frame with random frames on 580h + node-ID."
+    )
+    dies_after_frames: Annotated[int, Field(ge=0)] | None = Field(
+        default=None, description="Sends so many frames after power-on, then none."
+    )
+
+    # NMT and boot-up
+    boot_up: Literal["sent", "missing", "twice"] = "sent"
+    boot_time_factor: Factor = Field(default=1.0, description="Stretches the time to boot-up.")
+    starts_operational: bool = Field(
+        default=False, description="Goes to Operational by itself after boot-up."
+    )
+    nmt_ignores: list[Command] = []
+    nmt_ignores_broadcast: bool = False
+    nmt_obeys_other_nodes: bool = False
+    nmt_obeys_wrong_length: bool = Field(
+        default=False, description="Takes an NMT command from a frame of 3 to 8 bytes."
+    )
+
+    # heartbeat producer
+    heartbeat_period_factor: Factor = 1.0
+    heartbeat_jitter_ms: Annotated[float, Field(ge=0)] = Field(
+        default=0.0, description="Greatest random delay of a single heartbeat."
+    )
+    heartbeat_wrong_state: bool = Field(
+        default=False, description="Tells the state before the last change."
+    )
+    heartbeat_never_stops: bool = Field(default=False, description="Ignores a period of 0.")
+    heartbeat_starts_late: bool = Field(
+        default=False, description="Starts with the next NMT command instead of at once."
+    )
+
+    # SDO server
+    sdo_answer_delay_ms: Annotated[float, Field(ge=0)] = Field(
+        default=0.0, description="Added to the time of every answer."
+    )
+    sdo_toggle_stuck: bool = Field(default=False, description="Toggle bit 0 in every segment.")
+    sdo_wrong_abort_code: bool = Field(
+        default=False, description="Every abort carries 0504 0005h, out of memory."
+    )
+    sdo_abort_all: bool = Field(default=False, description="Aborts every request.")
+    sdo_abort_byte_order: bool = Field(
+        default=False, description="Sends the abort code most significant byte first."
+    )
+    sdo_answers_in_stopped: bool = False
+    sdo_answers_twice: bool = False
+    sdo_answers_short_requests: bool = Field(
+        default=False, description="Takes a request of fewer than 8 bytes as if filled with 0."
+    )
+    sdo_answers_wrong_sub: bool = Field(
+        default=False, description="Answers tell a sub-index one too high."
+    )
+    sdo_loses_every: Annotated[int, Field(ge=2)] | None = Field(
+        default=None, description="Every n-th answer is not sent."
+    )
+    sdo_size_wrong: bool = Field(
+        default=False, description="A segmented upload announces one byte too many."
+    )
+    sdo_ignores_toggle: bool = Field(
+        default=False, description="Accepts segments whose toggle bit does not alternate."
+    )
+    sdo_block_ignored: bool = Field(
+        default=False, description="Does not answer requests for a block transfer."
+    )
+
+    # object dictionary
+    od_readback_stale: Literal["everywhere"] | Index | None = Field(
+        default=None, description="Confirms downloads (to one object) and keeps the old value."
+    )
+    accepts_out_of_range: bool = False
+    accepts_wrong_length: bool = False
+    accepts_read_only: bool = Field(
+        default=False, description="Confirms a download to a read-only object and ignores it."
+    )
+    accepts_in_any_state: bool = Field(
+        default=False, description="Ignores that an object is writable in some states only."
+    )
+    reads_write_only: bool = False
+    unknown_object_reads_zero: bool = False
+    unknown_sub_reads_zero: bool = False
+    wrong_defaults: list[Index] = Field(
+        default=[], description="Objects whose numeric defaults are one off."
+    )
+
+    # TPDO
+    tpdo_states: list[State] = ["operational"]
+    tpdo_swaps_mapped_entries: bool = Field(
+        default=False, description="The first two mapped objects change places."
+    )
+    tpdo_short: bool = Field(default=False, description="The last byte is missing.")
+    tpdo_sync_off_by_one: bool = Field(
+        default=False, description="Sends after one SYNC more than set."
+    )
+    tpdo_ignores_sync: bool = False
+    tpdo_event_timer_factor: Factor = 1.0
+    tpdo_ignores_inhibit_time: bool = False
+    tpdo_ignores_bit31: bool = Field(default=False, description="Sends although not valid.")
+    tpdo_ignores_rtr: bool = False
+    tpdo_answers_forbidden_rtr: bool = Field(
+        default=False, description="Answers a remote frame although bit 30 forbids it."
+    )
+    tpdo_maps_anything: bool = Field(
+        default=False, description="Accepts mapping words that name no mappable object."
+    )
+    tpdo_maps_while_valid: bool = Field(
+        default=False, description="Accepts a new mapping while the PDO is valid."
+    )
+    cob_id_accepts_restricted: bool = False
+    cob_id_changes_while_valid: bool = False
+
+    # store and restore
+    store_any_signature: bool = False
+    store_forgets: bool = Field(default=False, description="Confirms 'save' and stores nothing.")
+    restore_forgets: bool = Field(default=False, description="Confirms 'load', restores nothing.")
+    reset_keeps_values: bool = Field(
+        default=False, description="A reset leaves what was written and never stored."
+    )
+
+    # measurement
+    live_frozen: bool = Field(default=False, description="Measured values keep their first value.")
+    live_swaps_axes: bool = Field(default=False, description="X shows Y, and Y shows X.")
+    live_negated: bool = Field(default=False, description="Tilt has the wrong sign.")
+    zero_command_ignored: bool = Field(
+        default=False, description="Confirms a zero command, zeroes nothing."
+    )
+
+    # EMCY and LSS
+    emcy_missing: bool = False
+    emcy_repeats: bool = Field(default=False, description="Sends an EMCY twice per event.")
+    emcy_at_boot: bool = Field(default=False, description="Sends an EMCY 0000h after boot-up.")
+    emcy_never_clears: bool = Field(
+        default=False, description="Sends nothing when the error has gone."
+    )
+    lss_silent: bool = False
+    lss_wrong_identity: bool = Field(
+        default=False, description="Answers inquiries with the serial number plus one."
+    )
+
+
+class _File(BaseModel):
+    """A fault file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    format: Literal[1]
+    what: Annotated[str, Field(min_length=1)]
+    inject: Faults
+
+
+def load_faults(names_or_paths: Sequence[str]) -> Faults:
+    """Return the faults of several files together.
+
+    Raises:
+        SpecError: A file is missing or wrong, or two files turn one knob to different values.
+    """
+    combined: dict[str, Any] = {}
+    turned_by: dict[str, Path] = {}
+    for name in names_or_paths:
+        yaml = read_yaml(find(FOLDER, name, OPTION))
+        faults = _read(yaml).inject
+        for knob in faults.model_fields_set:
+            value = getattr(faults, knob)
+            if combined.setdefault(knob, value) != value:
+                raise SpecError(
+                    yaml.problem(
+                        ("inject", knob),
+                        f"expected {combined[knob]!r} as in {turned_by[knob].name}, got {value!r}",
+                    )
+                )
+            turned_by.setdefault(knob, yaml.path)
+    return Faults(**combined)
+
+
+def describe_fault(name_or_path: str) -> str:
+    """Return the sentence that says which defect a fault file stands for.
+
+    Raises:
+        SpecError: The file is missing or wrong.
+    """
+    return _read(read_yaml(find(FOLDER, name_or_path, OPTION))).what
+
+
+def _read(yaml: YamlFile) -> _File:
+    file, problems = validate(_File, yaml)
+    problems = [*yaml.problems, *problems]
+    if file is None or problems:
+        raise SpecError(*problems)
+    return file

@@ -1,0 +1,97 @@
+"""Heartbeat producer and boot-up message (CiA 301 v4.2.0, 7.2.8.3.2.2 and 7.5.2.20)."""
+
+from __future__ import annotations
+
+from conformance.simulator.node import Node
+from conformance.spec.document import HeartbeatProducer as HeartbeatSpec
+from conformance.wire.datatypes import Value
+from conformance.wire.nmt import Heartbeat, NmtState, encode_heartbeat
+
+_MS = 1_000_000
+
+
+class HeartbeatProducer:
+    """Sends the boot-up message and, where the device has a heartbeat, the NMT state at its period."""
+
+    def __init__(self, node: Node, spec: HeartbeatSpec | None) -> None:
+        self._node = node
+        self._timer = node.agenda.timer(self._beat_due)
+        self._jittered = node.agenda.timer(lambda _due_ns: self._beat())
+        self._told = NmtState.PRE_OPERATIONAL
+        self._period_ns = 0
+        self._waits_for_command = False
+        self._off = 0 if spec is None else spec.off
+        self._states = () if spec is None else tuple(_states(spec))
+        self._key = None if spec is None else (spec.object, 0)
+        if self._key is None or self._key not in node.dictionary.entries:
+            return
+        node.dictionary.observers[self._key].append(self._period_written)
+        if spec is not None and spec.below_minimum != "refused":
+            entry = node.dictionary.entries[self._key]
+            node.dictionary.ranges[self._key] = ((self._off, entry.type.maximum),)
+        if spec is not None and spec.below_minimum == "clamped":
+            least = spec.min_ms
+            node.dictionary.adjusts[self._key] = lambda value: (
+                value if value == self._off else max(least, int(value))
+            )
+
+    def boot(self) -> None:
+        """Send the boot-up message, which counts as the first heartbeat."""
+        if self._node.faults.boot_up != "missing":
+            frame = encode_heartbeat(Heartbeat(self._node.node_id, NmtState.BOOT_UP))
+            for _ in range(2 if self._node.faults.boot_up == "twice" else 1):
+                self._node.send(frame)
+        self.resume()
+
+    def resume(self) -> None:
+        """Take over the period; the first heartbeat comes after it."""
+        if self._key is not None:
+            self._set_period(self._node.dictionary.number(*self._key))
+            if self._period_ns:
+                self._timer.start(self._node.agenda.now_ns + self._period_ns)
+
+    def entered(self, before: NmtState) -> None:
+        """Note a change of state."""
+        if self._node.state is not before:
+            self._told = before
+        if self._waits_for_command:
+            self._start()
+
+    def _period_written(self, value: Value) -> None:
+        if value == self._off and self._node.faults.heartbeat_never_stops and self._period_ns:
+            return
+        self._set_period(int(value))
+        if self._node.faults.heartbeat_starts_late:
+            self._timer.stop()
+            self._waits_for_command = True
+            return
+        self._start()
+
+    def _set_period(self, value: int) -> None:
+        factor = self._node.faults.heartbeat_period_factor
+        self._period_ns = 0 if value == self._off else round(value * _MS * factor)
+
+    def _start(self) -> None:
+        """Begin at once: the first heartbeat now, the next one a period later."""
+        self._waits_for_command = False
+        self._timer.stop()
+        if self._period_ns:
+            self._beat_due(self._node.agenda.now_ns)
+
+    def _beat_due(self, due_ns: int) -> None:
+        self._timer.start(due_ns + self._period_ns)
+        jitter_ns = round(self._node.faults.heartbeat_jitter_ms * _MS)
+        if jitter_ns:
+            self._jittered.start(due_ns + self._node.random.randint(0, jitter_ns))
+        else:
+            self._beat()
+
+    def _beat(self) -> None:
+        if self._node.state not in self._states:
+            return
+        told = self._told if self._node.faults.heartbeat_wrong_state else self._node.state
+        self._node.send(encode_heartbeat(Heartbeat(self._node.node_id, told)))
+
+
+def _states(spec: HeartbeatSpec) -> list[NmtState]:
+    return [NmtState[name.upper().replace("-", "_")] for name in spec.states]

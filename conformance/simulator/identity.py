@@ -1,0 +1,111 @@
+"""How a node is reached: node-ID and bit rate, and when a new one takes effect."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Final
+
+from conformance.simulator.memory import NonVolatileMemory
+from conformance.simulator.node import Node
+from conformance.spec.document import Changeable
+from conformance.spec.model import DeviceSpec, Entry
+from conformance.wire.datatypes import Value
+
+SWITCH_DELAY_NS: Final = 5_000_000
+"""From a download that takes effect at once to the change, so that its answer is on the bus before."""
+
+_RATE: Final = re.compile(r"(\d+(?:\.\d+)?)\s*([kM]?)bit/s", re.IGNORECASE)
+_FACTORS: Final = {"": 1, "k": 1_000, "m": 1_000_000}
+
+
+def bits_per_second(entry: Entry, value: int) -> int:
+    """Return the bit rate that a value of the bit rate object stands for, in bit/s."""
+    match = _RATE.search((entry.values or {}).get(value, ""))
+    return round(float(match[1]) * _FACTORS[match[2].lower()]) if match else value
+
+
+def rate_values(spec: DeviceSpec) -> dict[int, int]:
+    """Return the documented bit rates in bit/s and the values that stand for them."""
+    entry = changeable_entry(spec, spec.services.bitrate)
+    values = entry.values or {} if entry is not None else {}
+    return {bits_per_second(entry, value): value for value in values if entry is not None}
+
+
+def changeable_entry(spec: DeviceSpec, service: Changeable | None) -> Entry | None:
+    """Return the entry of the object that holds node-ID or bit rate."""
+    return None if service is None else spec.entry(service.object)
+
+
+def remember_node_id(spec: DeviceSpec, memory: NonVolatileMemory, node_id: int) -> None:
+    """Store a node-ID in the non-volatile memory."""
+    memory.node_id = node_id
+    entry = changeable_entry(spec, spec.services.node_id)
+    if entry is not None and entry.default != node_id:
+        memory.values[entry.key] = node_id
+    elif entry is not None:
+        memory.values.pop(entry.key, None)
+
+
+def remember_bitrate(spec: DeviceSpec, memory: NonVolatileMemory, bitrate: int) -> None:
+    """Store a bit rate in the non-volatile memory, in bit/s."""
+    memory.bitrate = bitrate
+    entry = changeable_entry(spec, spec.services.bitrate)
+    if entry is not None:
+        memory.values[entry.key] = rate_values(spec).get(bitrate, bitrate)
+
+
+def configured_node_id(spec: DeviceSpec, memory: NonVolatileMemory) -> int:
+    """Return the node-ID for the next start."""
+    entry = changeable_entry(spec, spec.services.node_id)
+    value = None if entry is None else _configured(entry, memory)
+    return value if value is not None and 1 <= value <= 127 else memory.node_id
+
+
+def configured_bitrate(spec: DeviceSpec, memory: NonVolatileMemory) -> int:
+    """Return the bit rate for the next start, in bit/s."""
+    entry = changeable_entry(spec, spec.services.bitrate)
+    value = None if entry is None else _configured(entry, memory)
+    return memory.bitrate if entry is None or value is None else bits_per_second(entry, value)
+
+
+def _configured(entry: Entry, memory: NonVolatileMemory) -> int | None:
+    stored = None if entry.key in memory.defaults_once else memory.values.get(entry.key)
+    value = entry.default if stored is None else stored
+    return value if isinstance(value, int) else None
+
+
+def observe_identity(
+    node: Node,
+    spec: DeviceSpec,
+    memory: NonVolatileMemory,
+    use_node_id: Callable[[int], None],
+    use_bitrate: Callable[[int], None],
+) -> None:
+    """Let downloads to the node-ID and bit rate objects take effect when the spec says."""
+    for service, use in (
+        (spec.services.node_id, use_node_id),
+        (spec.services.bitrate, use_bitrate),
+    ):
+        entry = changeable_entry(spec, service)
+        if service is None or entry is None:
+            continue
+        if service.effective == "after-reset":
+            node.dictionary.observers[entry.key].append(_remember_at(memory, entry))
+        elif service.effective == "at-once":
+            node.dictionary.observers[entry.key].append(_switch(node, entry, use))
+
+
+def _remember_at(memory: NonVolatileMemory, entry: Entry) -> Callable[[Value], None]:
+    def remember(value: Value) -> None:
+        memory.values[entry.key] = value
+
+    return remember
+
+
+def _switch(node: Node, entry: Entry, use: Callable[[int], None]) -> Callable[[Value], None]:
+    def switch(value: Value) -> None:
+        number = bits_per_second(entry, int(value))
+        node.agenda.after(SWITCH_DELAY_NS, lambda: use(number))
+
+    return switch

@@ -1,0 +1,134 @@
+"""What the sensor measures: the physical world, and live entries that show it in their scale."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Final
+
+from conformance.simulator.dictionary import ObjectDictionary
+from conformance.simulator.faults import Faults
+from conformance.spec.document import Follows
+from conformance.spec.model import Entry
+from conformance.wire.datatypes import DataType, Value
+
+TILTS: Final[tuple[Follows, ...]] = ("tilt-x", "tilt-y")
+"""Axes in the order in which commands count them."""
+
+_TURN_DEG: Final = 360.0
+_PER_UNIT: Final = {"mV": 1e3, "mg": 1e3, "mdeg": 1e3, "mdeg/s": 1e3, "rad": math.pi / 180}
+"""What a physical value is multiplied with to be in a unit other than V, g, deg, deg/s, degC."""
+
+
+@dataclass(slots=True)
+class World:
+    """The physical values at the sensor."""
+
+    tilt_x_deg: float = 10.5
+    tilt_y_deg: float = -4.25
+    rate_x_deg_s: float = 0.0
+    rate_y_deg_s: float = 0.0
+    rate_z_deg_s: float = 0.0
+    temperature_degc: float = 25.0
+    supply_v: float = 24.0
+
+    def tilt_deg(self, axis: Follows) -> float:
+        """Return the tilt of an axis."""
+        return self.tilt_x_deg if axis == "tilt-x" else self.tilt_y_deg
+
+    def quantity(self, follows: Follows) -> float | None:
+        """Return a quantity in V, g, deg, deg/s or degC; None when it is none of the world's."""
+        sin_x = math.sin(math.radians(self.tilt_x_deg))
+        sin_y = math.sin(math.radians(self.tilt_y_deg))
+        return {
+            "tilt-x": self.tilt_x_deg,
+            "tilt-y": self.tilt_y_deg,
+            "acceleration-x": sin_x,
+            "acceleration-y": sin_y,
+            "acceleration-z": math.sqrt(max(0.0, 1.0 - sin_x**2 - sin_y**2)),
+            "rate-x": self.rate_x_deg_s,
+            "rate-y": self.rate_y_deg_s,
+            "rate-z": self.rate_z_deg_s,
+            "temperature": self.temperature_degc,
+            "supply-voltage": self.supply_v,
+        }.get(follows)
+
+
+class LiveValues:
+    """Computes the live entries of a node.
+
+    Attributes:
+        offsets_deg: What is added to the tilt of an axis.
+    """
+
+    def __init__(self, world: World, dictionary: ObjectDictionary, faults: Faults) -> None:
+        self._world = world
+        self._faults = faults
+        self._frozen: dict[tuple[int, int], Value] = {}
+        self.offsets_deg: dict[Follows, Callable[[], float]] = {}
+        for entry in dictionary.entries.values():
+            if entry.follows is not None and world.quantity(entry.follows) is not None:
+                dictionary.computed[entry.key] = partial(self._value, entry, entry.follows)
+
+    def out_of_range(self, entry: Entry) -> bool:
+        """Return whether the physical value exceeds what the entry can show."""
+        if entry.follows is None or _whole_turn(entry):
+            return False
+        low, high = _limits(entry)
+        return not low <= self._counts(entry, entry.follows) <= high
+
+    def _value(self, entry: Entry, follows: Follows) -> Value:
+        value = _shown(entry, self._counts(entry, follows))
+        return self._frozen.setdefault(entry.key, value) if self._faults.live_frozen else value
+
+    def _counts(self, entry: Entry, follows: Follows) -> float:
+        if self._faults.live_swaps_axes and follows in TILTS:
+            follows = TILTS[1 - TILTS.index(follows)]
+        physical = self._world.quantity(follows) or 0.0
+        if follows in TILTS:
+            physical = -physical if self._faults.live_negated else physical
+            physical += self.offsets_deg.get(follows, float)()
+        return counts(entry, physical)
+
+
+def counts(entry: Entry, physical: float) -> float:
+    """Return a physical value in bits of an entry, not yet rounded."""
+    return physical * _PER_UNIT.get(entry.unit or "", 1.0) / (entry.scale or 1.0)
+
+
+def physical_deg(entry: Entry, value: int) -> float:
+    """Return the angle that an entry's value stands for."""
+    return value * (entry.scale or 1.0) / _PER_UNIT.get(entry.unit or "", 1.0)
+
+
+def clipped(entry: Entry, value: float) -> int:
+    """Return a number of bits rounded and within what the entry can show."""
+    low, high = _limits(entry)
+    return min(max(round(value), low), high)
+
+
+def _shown(entry: Entry, value: float) -> Value:
+    if entry.type in (DataType.REAL32, DataType.REAL64):
+        return value
+    turn = _whole_turn(entry)
+    if turn:
+        low, _ = _limits(entry)
+        return low + (round(value) - low) % turn
+    return clipped(entry, value)
+
+
+def _whole_turn(entry: Entry) -> int:
+    """Return the bits of 360 deg when the entry's range is all of it, else 0."""
+    if entry.follows not in TILTS or entry.ranges is None:
+        return 0
+    turn = round(counts(entry, _TURN_DEG))
+    low, high = _limits(entry)
+    return turn if high - low + 1 >= turn else 0
+
+
+def _limits(entry: Entry) -> tuple[int, int]:
+    if entry.ranges:
+        return min(low for low, _ in entry.ranges), max(high for _, high in entry.ranges)
+    return entry.type.minimum, entry.type.maximum

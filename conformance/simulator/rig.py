@@ -1,0 +1,86 @@
+"""What a test bench can do to the simulated nodes beside sending frames: power, tilt, temperature."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+
+from conformance.simulator.bus import SECOND, SimulatedBus
+from conformance.simulator.device import SimulatedDevice
+
+
+class SimulatorRig(ABC):
+    """Power, stimulus and the clock of a simulated bus."""
+
+    @abstractmethod
+    def present(self) -> AbstractContextManager[SimulatedBus]:
+        """Hold the bus, caught up with its clock."""
+
+    def now(self) -> float:
+        """Return the simulated time in seconds; message timestamps are of the same clock."""
+        with self.present() as bus:
+            return bus.now_ns / SECOND
+
+    def power_off(self) -> None:
+        """Switch all nodes off."""
+        with self.present() as bus:
+            for node in bus.nodes:
+                bus.power_off(node)
+
+    def power_on(self) -> None:
+        """Switch all nodes on."""
+        with self.present() as bus:
+            for node in bus.nodes:
+                bus.power_on(node)
+
+    def set_tilt(self, x_deg: float, y_deg: float) -> None:
+        """Tilt all nodes."""
+
+        def tilt(node: SimulatedDevice) -> None:
+            node.world.tilt_x_deg, node.world.tilt_y_deg = x_deg, y_deg
+            node.world_changed()
+
+        self._stimulate(tilt)
+
+    def set_temperature(self, degc: float) -> None:
+        """Bring all nodes to a temperature."""
+
+        def heat(node: SimulatedDevice) -> None:
+            node.world.temperature_degc = degc
+            node.world_changed()
+
+        self._stimulate(heat)
+
+    def set_supply_voltage(self, volt: float) -> None:
+        """Supply all nodes with a voltage."""
+
+        def supply(node: SimulatedDevice) -> None:
+            node.world.supply_v = volt
+            node.world_changed()
+
+        self._stimulate(supply)
+
+    def raise_error(self, code: int) -> None:
+        """Let an error occur in all nodes, by its emergency error code."""
+        self._stimulate(lambda node: node.raise_error(code))
+
+    def clear_error(self, code: int) -> None:
+        """Let an error go in all nodes."""
+        self._stimulate(lambda node: node.clear_error(code))
+
+    def bus_load(self) -> float:
+        """Return the share of the last second that frames took, 0.0 to 1.0."""
+        with self.present() as bus:
+            return bus.load()
+
+    @property
+    def frame_count(self) -> int:
+        """Frames on the bus so far, of everybody."""
+        with self.present() as bus:
+            return bus.frame_count
+
+    def _stimulate(self, act: Callable[[SimulatedDevice], None]) -> None:
+        with self.present() as bus:
+            for node in bus.nodes:
+                bus.stimulate(node, act)

@@ -1,0 +1,183 @@
+"""SDO server: expedited and segmented transfers; block transfers are refused (CiA 301 v4.2.0, 7.2.4)."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+from conformance.simulator.node import Node
+from conformance.simulator.rejection import SdoAbortError
+from conformance.spec.model import Key
+from conformance.wire import cob_id, sdo
+from conformance.wire.abort import AbortCode
+from conformance.wire.errors import WireError
+from conformance.wire.frame import Frame
+from conformance.wire.nmt import NmtState
+
+ANSWER_NS = 300_000
+"""From the end of a request to its answer being handed to the CAN controller."""
+
+_SEGMENT = 7
+_BLOCK = (0xA0, 0xC0)
+
+
+@dataclass(slots=True)
+class _Upload:
+    key: Key
+    data: bytes
+    sent: int = 0
+    toggle: bool = False
+
+
+@dataclass(slots=True)
+class _Download:
+    key: Key
+    size: int | None
+    data: bytearray = field(default_factory=bytearray)
+    toggle: bool = False
+
+
+class SdoServer:
+    """The default SDO server of a node; one transfer at a time."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._faults = node.faults
+        self._transfer: _Upload | _Download | None = None
+        self._answers: deque[tuple[int, bytes]] = deque()
+        self._timer = node.agenda.timer(self._send_due)
+        self._delay_ns = ANSWER_NS + round(self._faults.sdo_answer_delay_ms * 1e6)
+        self._count = 0
+
+    def silence(self) -> None:
+        """Drop the transfer and the answers not sent yet, as in Stopped."""
+        self._transfer = None
+        self._answers.clear()
+        self._timer.stop()
+
+    def receive(self, data: bytes) -> None:
+        """Handle the data of a frame from the SDO client."""
+        if self._node.state is NmtState.STOPPED and not self._faults.sdo_answers_in_stopped:
+            return
+        if len(data) < 8:
+            if not self._faults.sdo_answers_short_requests:
+                return
+            data = data.ljust(8, b"\0")
+        if self._faults.sdo_block_ignored and data[0] & 0xE0 in _BLOCK:
+            return
+        try:
+            answer = self._handle(data)
+        except SdoAbortError as error:
+            answer = self._abort(data, error.code)
+            self._transfer = None
+        if answer is not None:
+            self._queue(sdo.encode(answer))
+
+    def _handle(self, data: bytes) -> sdo.Response | None:
+        try:
+            request = sdo.decode_request(data)
+        except WireError as error:
+            raise SdoAbortError(AbortCode.UNKNOWN_COMMAND_SPECIFIER) from error
+        if self._faults.sdo_abort_all and not isinstance(request, sdo.Abort):
+            raise SdoAbortError(AbortCode.GENERAL_ERROR)
+        if isinstance(request, sdo.InitiateUpload):
+            return self._start_upload((request.index, request.sub))
+        if isinstance(request, sdo.InitiateDownload):
+            return self._start_download((request.index, request.sub), request)
+        if isinstance(request, sdo.UploadSegment):
+            return self._upload_segment(request)
+        if isinstance(request, sdo.DownloadSegment):
+            return self._download_segment(request)
+        if isinstance(request, sdo.Abort):
+            self._transfer = None
+            return None
+        raise SdoAbortError(AbortCode.UNKNOWN_COMMAND_SPECIFIER)
+
+    def _start_upload(self, key: Key) -> sdo.Response:
+        self._transfer = None
+        data = self._node.dictionary.upload(key)
+        if 1 <= len(data) <= 4:
+            return sdo.InitiateUploadReply(*key, data)
+        self._transfer = _Upload(key, data)
+        size = len(data) + self._faults.sdo_size_wrong
+        return sdo.InitiateUploadReply(*key, expedited=False, size=size)
+
+    def _upload_segment(self, request: sdo.UploadSegment) -> sdo.Response:
+        upload = self._transfer
+        if not isinstance(upload, _Upload):
+            raise SdoAbortError(AbortCode.UNKNOWN_COMMAND_SPECIFIER)
+        self._check_toggle(upload, toggle=request.toggle)
+        data = upload.data[upload.sent : upload.sent + _SEGMENT]
+        upload.sent += len(data)
+        last = upload.sent == len(upload.data)
+        if last:
+            self._transfer = None
+        toggle = request.toggle and not self._faults.sdo_toggle_stuck
+        return sdo.UploadSegmentReply(toggle, data, last)
+
+    def _start_download(self, key: Key, request: sdo.InitiateDownload) -> sdo.Response:
+        self._transfer = None
+        dictionary = self._node.dictionary
+        if request.expedited:
+            dictionary.download(key, request.data, padded=request.size is None)
+        else:
+            dictionary.accept(key, request.size)
+            self._transfer = _Download(key, request.size)
+        return sdo.InitiateDownloadAck(*key)
+
+    def _download_segment(self, request: sdo.DownloadSegment) -> sdo.Response:
+        download = self._transfer
+        if not isinstance(download, _Download):
+            raise SdoAbortError(AbortCode.UNKNOWN_COMMAND_SPECIFIER)
+        self._check_toggle(download, toggle=request.toggle)
+        download.data += request.data
+        if len(download.data) > self._node.dictionary.most_octets(download.key):
+            raise SdoAbortError(AbortCode.LENGTH_TOO_HIGH)
+        if request.last:
+            if download.size not in (None, len(download.data)):
+                raise SdoAbortError(AbortCode.LENGTH_MISMATCH)
+            self._node.dictionary.download(download.key, bytes(download.data))
+            self._transfer = None
+        return sdo.DownloadSegmentAck(request.toggle and not self._faults.sdo_toggle_stuck)
+
+    def _check_toggle(self, transfer: _Upload | _Download, *, toggle: bool) -> None:
+        if toggle != transfer.toggle and not self._faults.sdo_ignores_toggle:
+            raise SdoAbortError(AbortCode.TOGGLE_BIT_NOT_ALTERNATED)
+        transfer.toggle = not toggle
+
+    def _abort(self, data: bytes, code: AbortCode) -> sdo.Abort:
+        """Return the abort of the request in ``data``, or of the transfer that its segment is of."""
+        if self._faults.sdo_wrong_abort_code:
+            code = AbortCode.OUT_OF_MEMORY
+        index, sub = int.from_bytes(data[1:3], "little"), data[3]
+        if self._transfer is not None and data[0] & 0xE0 in (0x00, 0x60):
+            index, sub = self._transfer.key
+        return sdo.Abort(index, sub, code)
+
+    def _queue(self, data: bytes) -> None:
+        self._count += 1
+        every = self._faults.sdo_loses_every
+        if every is not None and self._count % every == 0:
+            return
+        data = self._spoil(data)
+        due_ns = self._node.agenda.now_ns + self._delay_ns
+        self._answers.append((due_ns, data))
+        if self._faults.sdo_answers_twice:
+            self._answers.append((due_ns, data))
+        if self._timer.due_ns is None:
+            self._timer.start(due_ns)
+
+    def _spoil(self, data: bytes) -> bytes:
+        command = data[0] & 0xE0
+        if self._faults.sdo_abort_byte_order and command == 0x80:
+            data = data[:4] + data[:3:-1]
+        if self._faults.sdo_answers_wrong_sub and command in (0x40, 0x60):
+            data = data[:3] + bytes(((data[3] + 1) & 0xFF,)) + data[4:]
+        return data
+
+    def _send_due(self, due_ns: int) -> None:
+        answers = self._answers
+        while answers and answers[0][0] <= due_ns:
+            self._node.send(Frame(cob_id.sdo_response(self._node.node_id), answers.popleft()[1]))
+        if answers:
+            self._timer.start(answers[0][0])

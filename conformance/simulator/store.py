@@ -1,0 +1,74 @@
+"""Store and restore parameters: 1010h, 1011h (CiA 301 v4.2.0, 7.5.2.13 and 7.5.2.14)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+
+from conformance.simulator.memory import NonVolatileMemory
+from conformance.simulator.node import Node
+from conformance.simulator.rejection import SdoAbortError
+from conformance.spec.document import Services, Store
+from conformance.spec.model import Key
+from conformance.wire.abort import AbortCode
+from conformance.wire.datatypes import Value
+
+
+class ParameterStore:
+    """Moves parameters between the object dictionary and the non-volatile memory."""
+
+    def __init__(self, node: Node, memory: NonVolatileMemory, services: Services) -> None:
+        self._node = node
+        self._memory = memory
+        self._defaults_at_save: set[Key] = set()
+        if services.store is not None:
+            for sub in services.store.groups:
+                self._offer(services.store, sub, self._save)
+        if services.restore is not None:
+            for sub in services.restore.groups:
+                self._offer(services.restore, sub, self._restore)
+
+    def _offer(self, service: Store, sub: int, act: Callable[[Store, int], None]) -> None:
+        key = service.object, sub
+        if key not in self._node.dictionary.entries:
+            return
+        self._node.dictionary.guards[key].append(partial(self._check_signature, service))
+        self._node.dictionary.actions[key] = lambda _value: act(service, sub)
+
+    def _check_signature(self, service: Store, value: Value) -> None:
+        expected = int.from_bytes(service.signature.encode("ascii"), "little")
+        if value != expected and not self._node.faults.store_any_signature:
+            raise SdoAbortError(AbortCode.DATA_NOT_STORED)
+
+    def _save(self, service: Store, sub: int) -> None:
+        if self._node.faults.store_forgets:
+            return
+        dictionary, memory = self._node.dictionary, self._memory
+        for key in self._group(service, sub):
+            value = dictionary.value(key)
+            if value == dictionary.default(key) or key in self._defaults_at_save:
+                memory.values.pop(key, None)
+            else:
+                memory.values[key] = value
+            self._defaults_at_save.discard(key)
+
+    def _restore(self, service: Store, sub: int) -> None:
+        if self._node.faults.restore_forgets:
+            return
+        keys = set(self._group(service, sub))
+        if service.effective == "after-reset":
+            self._memory.defaults_once |= keys
+        elif service.effective == "after-store-and-reset":
+            self._defaults_at_save |= keys
+        else:
+            for key in keys:
+                self._node.dictionary.set(key, self._node.dictionary.default(key))
+
+    def _group(self, service: Store, sub: int) -> Iterator[Key]:
+        """Return the parameters of a group: settings that can be kept."""
+        ranges = service.groups[sub]
+        for key, entry in self._node.dictionary.entries.items():
+            if entry.kind != "config" or entry.persistent is False:
+                continue
+            if any(int(low) <= key[0] <= int(high) for low, high in ranges):
+                yield key

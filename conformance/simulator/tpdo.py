@@ -1,0 +1,200 @@
+"""TPDO producer: when a TPDO is sent and what is in it (CiA 301 v4.2.0, 7.2.2 and 7.5.2.37)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from conformance.simulator.cob_id_rules import CAN_ID, NO_RTR, NOT_VALID
+from conformance.simulator.node import Node
+from conformance.simulator.tpdo_rules import TpdoRules
+from conformance.spec.document import Tpdo as TpdoSpec
+from conformance.spec.model import Key
+from conformance.wire.datatypes import Value
+from conformance.wire.frame import Frame
+from conformance.wire.nmt import NmtState
+from conformance.wire.pdo import MappingEntry, pack
+
+_MS: Final = 1_000_000
+_US: Final = 1_000
+
+ACYCLIC: Final = 0
+MOST_SYNCS: Final = 240
+RTR_AT_SYNC: Final = 0xFC
+RTR: Final = 0xFD
+EVENT: Final = (0xFE, 0xFF)
+
+
+class Tpdo:
+    """One TPDO.
+
+    Args:
+        node: The node.
+        spec: The TPDO service.
+        number: 0 for the first TPDO.
+    """
+
+    def __init__(self, node: Node, spec: TpdoSpec, number: int) -> None:
+        self._node = node
+        self._dictionary = node.dictionary
+        self._communication = spec.communication + number
+        self._map = spec.mapping + number
+        self._max_mapped = spec.max_mapped
+        self._inhibit_unit_ns = spec.inhibit_unit_us * _US
+        self._event = node.agenda.timer(self._event_due)
+        self._inhibited = node.agenda.timer(lambda _due_ns: self._send())
+        self._free_ns = 0
+        self._active = False
+        self._cob_id = self._type = self._syncs = 0
+        self._mapping: list[tuple[Key, int]] = []
+        self._sampled: bytes | None = None
+        self._last: bytes | None = None
+        TpdoRules(node, spec, number)
+        observers = node.dictionary.observers
+        for sub in (1, 2):
+            observers[self._communication, sub].append(self._parameter_written)
+        observers[self._communication, 5].append(self._event_time_written)
+        for sub in range(self._max_mapped + 1):
+            observers[self._map, sub].append(self._parameter_written)
+
+    def refresh(self) -> None:
+        """Take over the parameters and the NMT state; start or stop accordingly."""
+        number = self._dictionary.number
+        self._cob_id = number(self._communication, 1)
+        transmission_type = number(self._communication, 2)
+        changed = transmission_type != self._type
+        self._type = transmission_type
+        self._mapping = self._mapped()
+        faults = self._node.faults
+        valid = not self._cob_id & NOT_VALID or faults.tpdo_ignores_bit31
+        active = valid and bool(self._mapping) and self._may_send()
+        if not active or changed:
+            self._event.stop()
+            self._inhibited.stop()
+        if active and (changed or not self._active):
+            self._start()
+        self._active = active
+
+    def sync(self) -> None:
+        """A SYNC has come."""
+        if not self._active:
+            return
+        if self._type == RTR_AT_SYNC:
+            self._sampled = self._data()
+        elif self._type == ACYCLIC:
+            if self._data() != self._last:
+                self._send()
+        elif self._type <= MOST_SYNCS:
+            self._syncs += 1
+            if self._syncs >= self._type + self._node.faults.tpdo_sync_off_by_one:
+                self._syncs = 0
+                self._send()
+
+    def requested(self, can_id: int) -> None:
+        """A remote frame has come."""
+        if (
+            not self._active
+            or can_id != self._cob_id & CAN_ID
+            or self._node.faults.tpdo_ignores_rtr
+        ):
+            return
+        if self._cob_id & NO_RTR and not self._node.faults.tpdo_answers_forbidden_rtr:
+            return
+        if self._type == RTR:
+            self._send()
+        elif self._type == RTR_AT_SYNC:
+            self._send(self._sampled)
+
+    def _may_send(self) -> bool:
+        name = self._node.state.name.lower().replace("_", "-")
+        return name in self._node.faults.tpdo_states
+
+    def _mapped(self) -> list[tuple[Key, int]]:
+        """Return key and length in bits of each object mapped; empty entries are passed over."""
+        number = self._dictionary.number
+        words = [number(self._map, sub) for sub in range(1, number(self._map) + 1)]
+        mapped = [MappingEntry.from_word(word) for word in words if word]
+        keys = [((entry.index, entry.sub), entry.bits) for entry in mapped if entry.bits]
+        if self._node.faults.tpdo_swaps_mapped_entries and len(keys) > 1:
+            keys[0], keys[1] = keys[1], keys[0]
+        while sum(bits for _, bits in keys) > 64:
+            keys.pop()
+        return keys
+
+    def _start(self) -> None:
+        """Begin as on entering Operational."""
+        self._syncs = 0
+        self._sampled = self._last = None
+        self._free_ns = 0
+        period_ns = self._period_ns()
+        if self._type in EVENT and period_ns:
+            self._trigger()
+            self._event.start(self._node.agenda.now_ns + period_ns)
+
+    def _period_ns(self) -> int:
+        period_ms = self._dictionary.number(self._communication, 5)
+        return round(period_ms * _MS * self._node.faults.tpdo_event_timer_factor)
+
+    def _event_due(self, due_ns: int) -> None:
+        """Send; a period written since the last time counts from here on."""
+        self._trigger()
+        period_ns = self._period_ns()
+        if period_ns:
+            self._event.start(due_ns + period_ns)
+
+    def _event_time_written(self, value: Value) -> None:
+        if not value:
+            self._event.stop()
+        elif self._active and self._type in EVENT and self._event.due_ns is None:
+            self._event.start(self._node.agenda.now_ns + self._period_ns())
+
+    def _parameter_written(self, _value: Value) -> None:
+        self.refresh()
+
+    def _trigger(self) -> None:
+        """Send now, or at the end of the inhibit time."""
+        if self._node.agenda.now_ns >= self._free_ns or self._node.faults.tpdo_ignores_inhibit_time:
+            self._send()
+        elif self._inhibited.due_ns is None:
+            self._inhibited.start(self._free_ns)
+
+    def _send(self, data: bytes | None = None) -> None:
+        self._last = data = self._data() if data is None else data
+        inhibit = self._dictionary.number(self._communication, 3)
+        self._free_ns = self._node.agenda.now_ns + inhibit * self._inhibit_unit_ns
+        if self._node.faults.tpdo_short:
+            data = data[:-1]
+        self._node.send(Frame(self._cob_id & CAN_ID, data))
+
+    def _data(self) -> bytes:
+        return pack([(self._raw(key, bits), bits) for key, bits in self._mapping])
+
+    def _raw(self, key: Key, bits: int) -> int:
+        if key not in self._dictionary.entries:
+            return 0
+        return int.from_bytes(self._dictionary.data(key), "little") & (1 << bits) - 1
+
+
+class TpdoProducer:
+    """All TPDOs of a node."""
+
+    def __init__(self, node: Node, spec: TpdoSpec | None) -> None:
+        numbers = () if spec is None else range(spec.count)
+        self._tpdos = [Tpdo(node, spec, number) for number in numbers if spec is not None]
+        self._node = node
+
+    def entered(self, before: NmtState) -> None:
+        """Note a change of state."""
+        if self._node.state is not before:
+            for tpdo in self._tpdos:
+                tpdo.refresh()
+
+    def sync(self) -> None:
+        """A SYNC has come."""
+        if not self._node.faults.tpdo_ignores_sync:
+            for tpdo in self._tpdos:
+                tpdo.sync()
+
+    def requested(self, can_id: int) -> None:
+        """A remote frame has come."""
+        for tpdo in self._tpdos:
+            tpdo.requested(can_id)
