@@ -1,0 +1,1 @@
+"""The only door to hardware: link, clock, SDO clients, and the node under test."""

@@ -1,0 +1,59 @@
+"""Bench definition: the interface, how the node is reached, and what the checks may do to it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from conformance.effects import Effect
+from conformance.errors import Problem, SpecError
+from conformance.spec.validation import validate
+from conformance.spec.yaml_reader import read_yaml
+
+
+class BenchDefinition(BaseModel):
+    """A bench file.
+
+    Args:
+        what: What this bench is, in a sentence.
+        interface: A python-can interface.
+        channel: Its channel; the simulated device's spec when the bench is the simulator.
+        bitrate: Bit rate in bit/s; the device's factory bit rate when absent.
+        node_id: Node-ID of the device under test; the factory's when absent.
+        options: Further arguments of the interface, as python-can takes them.
+        power: Who switches the device's supply.
+        allow: Effects that checks may have on the device.
+        sdo_timeout_s: Longest wait for an SDO response.
+        boot_up_timeout_s: Longest wait for a boot-up message after a reset.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    format: Literal[1]
+    what: str
+    interface: str
+    channel: str | int | None = None
+    bitrate: int | None = None
+    node_id: Annotated[int, Field(ge=1, le=127)] | None = None
+    options: dict[str, Any] = {}
+    power: Literal["none", "simulator"] = "none"
+    allow: list[Effect] = ["reads", "writes", "resets"]
+    sdo_timeout_s: Annotated[float, Field(gt=0, le=60)] = 1.0
+    boot_up_timeout_s: Annotated[float, Field(gt=0, le=60)] = 5.0
+
+
+def load_bench(path: Path) -> BenchDefinition:
+    """Return the bench in a file.
+
+    Raises:
+        SpecError: With every problem of the file.
+    """
+    yaml = read_yaml(path)
+    if yaml.data is None:
+        raise SpecError(Problem(path, 0, "", "expected a bench definition, got an empty file"))
+    definition, problems = validate(BenchDefinition, yaml)
+    if definition is None or yaml.problems:
+        raise SpecError(*yaml.problems, *problems)
+    return definition

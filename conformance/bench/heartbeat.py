@@ -1,0 +1,80 @@
+"""The node's heartbeats: switched by its producer heartbeat time and observed on the bus."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+from conformance.bench.link import Stamped
+from conformance.bench.node import Node
+from conformance.errors import SetupRefused
+from conformance.spec.document import HeartbeatProducer
+from conformance.wire.errors import WireError
+from conformance.wire.nmt import NmtState, decode_heartbeat
+
+TYPICAL_MS = 100
+
+
+class HeartbeatPort:
+    """Heartbeat producer of a node.
+
+    Args:
+        node: The node under test.
+        producer: The spec's heartbeat service.
+    """
+
+    def __init__(self, node: Node, producer: HeartbeatProducer | None) -> None:
+        if producer is None:
+            raise SetupRefused("the manual documents no heartbeat, by which the state is seen")
+        self._node = node
+        self.producer = producer
+
+    @property
+    def typical_ms(self) -> int:
+        """A period well inside the documented range."""
+        return min(max(TYPICAL_MS, self.producer.min_ms), self.producer.max_ms)
+
+    def set(self, period_ms: int) -> None:
+        """Write the producer heartbeat time; for set-up."""
+        self._node.download(self.producer.object, 0, period_ms)
+
+    def collect(self, count: int, timeout_s: float) -> list[Stamped]:
+        """Receive until ``count`` heartbeats came, or the time is over."""
+        link = self._node.link
+        mark = link.mark()
+        deadline = link.now() + timeout_s
+        while len(link.since(mark, self._node.is_error_control)) < count:
+            if link.recv(deadline) is None:
+                break
+        return link.since(mark, self._node.is_error_control)
+
+    def gaps_ms(self, count: int, period_ms: int) -> list[float]:
+        """Return the intervals between ``count`` + 1 heartbeats, fewer when they stay away."""
+        seen = self.collect(count + 1, (count + 2) * period_ms * 2 / 1000 + 0.1)
+        return [(b.time_s - a.time_s) * 1000 for a, b in pairwise(seen)]
+
+    def state(self) -> str:
+        """Return the state that the heartbeats report once three periods have passed.
+
+        With the heartbeat off it is switched on; it stays on until the check is over.
+        """
+        if self._node.number(self.producer.object) != self.typical_ms:
+            self.set(self.typical_ms)
+        return self.state_now()
+
+    def state_now(self) -> str:
+        """Return the state that the third heartbeat from now reports; no SDO is needed."""
+        seen = self.collect(3, self.typical_ms * 6 / 1000)
+        return state_of(seen[-1]) if len(seen) >= 3 else "no heartbeat"
+
+
+def state_of(heartbeat: Stamped) -> str:
+    """Return the NMT state in a heartbeat as the standard names it."""
+    try:
+        return name_of(decode_heartbeat(heartbeat.frame).state)
+    except WireError:
+        return f"none ({heartbeat.frame})"
+
+
+def name_of(state: NmtState) -> str:
+    """Return the state's name: ``Pre-operational (7Fh)``."""
+    return f"{state.name.replace('_', '-').capitalize()} ({state.value:02X}h)"

@@ -1,0 +1,178 @@
+"""The link to the bus: one clock, one pump, every frame recorded."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import can
+
+from conformance.bench.rig import SimulatedRig
+from conformance.bench.trace import Trace
+from conformance.errors import BenchError
+from conformance.wire.errors import WireError
+from conformance.wire.frame import Frame
+
+CLOCK_STEP_S = 1e-6
+"""What is left of a wait below this is over: clocks count in steps."""
+
+Match: TypeAlias = Callable[[Frame], bool]
+
+
+@dataclass(frozen=True, slots=True)
+class Stamped:
+    """A frame on the bus.
+
+    Args:
+        frame: The frame.
+        time_s: Timestamp in seconds on the bus' clock.
+        line: Its line in the trace.
+        received: False for a frame that the bench sent.
+    """
+
+    frame: Frame
+    time_s: float
+    line: int
+    received: bool
+
+
+class Link:
+    """Sends and receives frames; waiting is only ever done here.
+
+    Frames received since the last `forget` are kept, so that an observer can look back to a mark
+    and no frame is lost to whoever happened to wait when it came.
+
+    Args:
+        bus: An open python-can bus; closed with the link.
+        trace: Where every frame is recorded.
+    """
+
+    def __init__(self, bus: can.BusABC, trace: Trace) -> None:
+        self._bus = bus
+        self._trace = trace
+        self._frames: list[Stamped] = []
+        self.rig: SimulatedRig | None = bus if isinstance(bus, SimulatedRig) else None
+        self.now: Callable[[], float] = self.rig.now if self.rig else time.monotonic
+        self._offset_s = 0.0 if self.rig else time.time() - time.monotonic()
+
+    def send(self, frame: Frame) -> Stamped:
+        """Send a frame.
+
+        Raises:
+            BenchError: The adapter refused it.
+        """
+        message = can.Message(
+            arbitration_id=frame.can_id,
+            data=frame.data if not frame.remote else None,
+            dlc=frame.dlc,
+            is_extended_id=frame.extended,
+            is_remote_frame=frame.remote,
+        )
+        try:
+            self._bus.send(message)
+        except (can.CanError, OSError) as error:
+            raise BenchError(f"the adapter did not send {frame}: {error}") from error
+        time_s = self.now() + self._offset_s
+        stamped = Stamped(frame, time_s, self._trace.add(time_s, frame, received=False), False)
+        self._frames.append(stamped)
+        return stamped
+
+    def recv(self, deadline: float) -> Stamped | None:
+        """Wait for the next frame.
+
+        Args:
+            deadline: On the link's clock, in seconds.
+
+        Returns:
+            The frame, or None when the deadline has passed.
+
+        Raises:
+            BenchError: The adapter failed.
+        """
+        while True:
+            remaining_s = max(0.0, deadline - self.now())
+            try:
+                message = self._bus.recv(remaining_s)
+            except (can.CanError, OSError) as error:
+                raise BenchError(f"the adapter stopped receiving: {error}") from error
+            if message is None:
+                if remaining_s <= CLOCK_STEP_S or self.now() >= deadline:
+                    return None
+                continue
+            if message.is_error_frame or message.is_fd or not message.is_rx:
+                continue
+            return self._received(message)
+
+    def _received(self, message: can.Message) -> Stamped:
+        if self.rig is None:
+            self._offset_s = message.timestamp - self.now()
+        try:
+            frame = Frame(
+                message.arbitration_id,
+                b"" if message.is_remote_frame else bytes(message.data),
+                remote=message.is_remote_frame,
+                extended=message.is_extended_id,
+                dlc=message.dlc,
+            )
+        except WireError as error:
+            raise BenchError(f"the adapter handed over what is no CAN frame: {error}") from error
+        line = self._trace.add(message.timestamp, frame, received=True)
+        stamped = Stamped(frame, message.timestamp, line, True)
+        self._frames.append(stamped)
+        return stamped
+
+    def mark(self) -> int:
+        """Return a point in the sequence of frames, for `since` and `wait`."""
+        return len(self._frames)
+
+    def since(self, mark: int, match: Match) -> list[Stamped]:
+        """Return the frames received since a mark that match."""
+        return [f for f in self._frames[mark:] if f.received and match(f.frame)]
+
+    def wait(self, match: Match, timeout_s: float, mark: int | None = None) -> Stamped | None:
+        """Return the first matching frame since a mark, waiting for it if need be.
+
+        Args:
+            match: What to wait for.
+            timeout_s: Longest wait from now, in seconds.
+            mark: Where to start; only what comes from now on when None.
+        """
+        deadline = self.now() + timeout_s
+        for stamped in self._frames[len(self._frames) if mark is None else mark :]:
+            if stamped.received and match(stamped.frame):
+                return stamped
+        while (received := self.recv(deadline)) is not None:
+            if match(received.frame):
+                return received
+        return None
+
+    def listen(self, duration_s: float, match: Match) -> list[Stamped]:
+        """Receive for a while and return the frames that match."""
+        mark = self.mark()
+        deadline = self.now() + duration_s
+        while self.recv(deadline) is not None:
+            pass
+        return self.since(mark, match)
+
+    def drain(self) -> None:
+        """Take in what has arrived, without waiting."""
+        while self.recv(self.now()) is not None:
+            pass
+
+    def forget(self) -> None:
+        """Drop the frames kept so far; the trace keeps them."""
+        self._frames.clear()
+
+    @property
+    def line(self) -> int:
+        """Lines of the trace so far."""
+        return self._trace.lines
+
+    def close(self) -> None:
+        """Close the bus and the trace."""
+        try:
+            self._bus.shutdown()
+        finally:
+            self._trace.close()

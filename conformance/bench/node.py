@@ -1,0 +1,204 @@
+"""The node under test as a check sees it: set-up, judged SDO, NMT, heartbeats; undone afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from conformance.bench.channel import SdoChannel
+from conformance.bench.link import Link, Stamped
+from conformance.bench.sdo import SdoPort, Transfer
+from conformance.bench.setup_client import SetupClient
+from conformance.errors import NodeTimeout, SetupRefused
+from conformance.spec.model import DeviceSpec, Entry, Key
+from conformance.wire import cob_id
+from conformance.wire.datatypes import Value
+from conformance.wire.frame import Frame
+from conformance.wire.nmt import NmtCommand, NmtRequest, encode_request
+
+PROBE = (0x1000, 0)
+_PROBES_AFTER_RESET = 10
+
+
+class Node:
+    """The device under test during one check.
+
+    Every download remembers what it overwrites; `restore` writes it back in reverse order, so that
+    each step back is as legal as the step it undoes.
+
+    Args:
+        link: The link to the bus.
+        spec: What the node is held against.
+        sdo_timeout_s: Longest wait for an SDO response.
+        boot_up_timeout_s: Longest wait for a boot-up message.
+    """
+
+    def __init__(
+        self, link: Link, spec: DeviceSpec, sdo_timeout_s: float, boot_up_timeout_s: float
+    ) -> None:
+        self.link = link
+        self.spec = spec
+        self.node_id = spec.node_id
+        self.boot_up_timeout_s = boot_up_timeout_s
+        self.channel = SdoChannel(link, spec.node_id, sdo_timeout_s)
+        self.sdo = SdoPort(self.channel)
+        self._setup = SetupClient(self.channel)
+        self._undo: list[tuple[Key, bytes]] = []
+        self._commanded = False
+        self.was_reset = False
+
+    # Set-up: what fails here makes the check inconclusive.
+
+    def upload(self, index: int, sub: int = 0) -> bytes:
+        """Return what the node holds; for set-up, judges nothing."""
+        return self._setup.upload(index, sub)
+
+    def value(self, index: int, sub: int = 0) -> Value:
+        """Return what the node holds as a value of the documented type; for set-up."""
+        return self._entry(index, sub).type.decode(self.upload(index, sub))
+
+    def number(self, index: int, sub: int = 0) -> int:
+        """Return what the node holds as an integer; for set-up."""
+        value = self.value(index, sub)
+        if not isinstance(value, int):
+            raise TypeError(f"{index:04X}h:{sub:02X} holds no integer")
+        return value
+
+    def download(self, index: int, sub: int, value: Value) -> None:
+        """Write a value of the documented type; for set-up, undone after the check."""
+        data = self._entry(index, sub).type.encode(value)
+        before = len(self._undo)
+        self._remember(index, sub)
+        try:
+            self._setup.download(index, sub, data)
+        except SetupRefused:
+            del self._undo[before:]
+            raise
+
+    def try_download(self, index: int, sub: int, data: bytes) -> Transfer:
+        """Download and return what the node made of it, to be judged; undone after the check."""
+        before = len(self._undo)
+        self._remember(index, sub)
+        transfer = self.sdo.download(index, sub, data)
+        if transfer.refused:
+            del self._undo[before:]
+        return transfer
+
+    def _entry(self, index: int, sub: int) -> Entry:
+        entry = self.spec.entry(index, sub)
+        if entry is None:
+            raise SetupRefused(f"the spec documents no object {index:04X}h:{sub:02X}")
+        return entry
+
+    def _remember(self, index: int, sub: int) -> None:
+        entry = self.spec.entry(index, sub)
+        if entry is None or entry.access == "wo" or entry.kind in ("command", "counter"):
+            keys = [(other, 0) for other in (entry.affects if entry else ())]
+        else:
+            keys = [(index, sub)]
+        for key in keys:
+            self._undo.append((key, self._setup.upload(*key)))
+
+    # NMT
+
+    def nmt(self, command: int, *, node_id: int | None = None) -> Stamped:
+        """Send an NMT command to the node under test, or to another node-ID (0 for all)."""
+        target = self.node_id if node_id is None else node_id
+        return self.send(encode_request(NmtRequest(command, target)))
+
+    def send(self, frame: Frame) -> Stamped:
+        """Send any frame; NMT frames mark the node's state as changed."""
+        if frame.can_id == cob_id.NMT:
+            self._commanded = True
+        return self.link.send(frame)
+
+    def reset(self, command: NmtCommand = NmtCommand.RESET_NODE) -> None:
+        """Reset the node and wait until it answers again, with or without a boot-up message."""
+        mark = self.link.mark()
+        self.nmt(command)
+        self._forget_changes()
+        self.await_boot_up(mark)
+
+    def power_cycle(self) -> None:
+        """Take the supply away and give it back, then wait until the node answers."""
+        rig = self.link.rig
+        if rig is None:
+            raise SetupRefused("the bench cannot switch the supply")
+        mark = self.link.mark()
+        rig.power_off()
+        rig.power_on()
+        self._forget_changes()
+        self.await_boot_up(mark)
+
+    def await_boot_up(self, mark: int) -> None:
+        """Wait for a boot-up message since a mark; without one, until the node answers.
+
+        Raises:
+            NodeTimeout: It does neither.
+        """
+        if self.link.wait(self.is_boot_up, self.boot_up_timeout_s, mark) is not None:
+            return
+        for _ in range(_PROBES_AFTER_RESET):
+            if self.answers():
+                return
+        raise NodeTimeout(
+            f"node {self.node_id}: neither boot-up nor SDO response within "
+            f"{self.boot_up_timeout_s:g} s after a reset"
+        )
+
+    def _forget_changes(self) -> None:
+        self._undo.clear()
+        self.was_reset = True
+
+    def is_boot_up(self, frame: Frame) -> bool:
+        """Tell whether a frame is the node's boot-up message (CiA 301 v4.2.0, 7.2.8.3.3)."""
+        return self.is_error_control(frame) and frame.data == b"\0"
+
+    def is_error_control(self, frame: Frame) -> bool:
+        """Tell whether a frame is on the node's heartbeat identifier."""
+        return frame.can_id == cob_id.heartbeat(self.node_id) and not frame.remote
+
+    # Being there
+
+    def answers(self) -> bool:
+        """Tell whether the node answers an SDO request at all: the sentinel after silence."""
+        return self.sdo.upload(*PROBE).fault == ""
+
+    def restore(self) -> None:
+        """Undo what the check did to the node.
+
+        Raises:
+            NodeTimeout: The node does not answer any more, not even after a reset.
+        """
+        if self._commanded:
+            self.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
+            self._commanded = False
+        undo, self._undo = self._undo, []
+        try:
+            for (index, sub), data in reversed(undo):
+                self._setup.download(index, sub, data)
+        except (SetupRefused, NodeTimeout):
+            self.recover()
+
+    def recover(self) -> None:
+        """Bring the node back by resets, then by its supply where the bench can switch it.
+
+        Raises:
+            NodeTimeout: It does not answer.
+        """
+        steps: list[Callable[[], None]] = [self.reset, self._reset_all]
+        if self.link.rig is not None:
+            steps.append(self.power_cycle)
+        for step in steps:
+            try:
+                step()
+            except (NodeTimeout, SetupRefused):
+                continue
+            if self.answers():
+                return
+        raise NodeTimeout(f"node {self.node_id} does not answer any more")
+
+    def _reset_all(self) -> None:
+        mark = self.link.mark()
+        self.nmt(NmtCommand.RESET_NODE, node_id=0)
+        self._forget_changes()
+        self.await_boot_up(mark)

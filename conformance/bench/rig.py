@@ -1,0 +1,29 @@
+"""What a simulated bus offers beside frames; the simulator satisfies this by shape."""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+
+@runtime_checkable
+class SimulatedRig(Protocol):
+    """A bus that carries its own clock and its devices' surroundings."""
+
+    def now(self) -> float:
+        """Return the simulated time in seconds."""
+
+    def power_off(self) -> None:
+        """Take the supply from every simulated device."""
+
+    def power_on(self) -> None:
+        """Give it back."""
+
+    def set_tilt(self, x_deg: float, y_deg: float) -> None:
+        """Tilt every simulated device, in degrees."""
+
+    def set_temperature(self, degc: float) -> None:
+        """Set the temperature of every simulated device, in degrees Celsius."""
+
+    @property
+    def frame_count(self) -> int:
+        """Frames on the bus so far."""

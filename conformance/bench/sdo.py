@@ -1,0 +1,178 @@
+"""SDO transfers as judged: each step decoded from the frames on the wire (CiA 301 v4.2.0, 7.2.4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from conformance.bench.channel import SdoChannel
+from conformance.bench.link import Stamped
+from conformance.wire import sdo
+from conformance.wire.abort import describe
+from conformance.wire.errors import WireError
+
+MOST_OCTETS = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What came after one request.
+
+    Args:
+        sent: The request's frame.
+        received: The first frame on the node's SDO response identifier, None for silence.
+        response: The frame decoded, None when it is no SDO response.
+        fault: Why there is no usable response.
+    """
+
+    sent: Stamped
+    received: Stamped | None
+    response: sdo.Response | None
+    fault: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Transfer:
+    """The outcome of an upload or download: confirmed, aborted by the node, or broken.
+
+    Args:
+        data: What was uploaded or downloaded, when confirmed.
+        abort: The node's abort code.
+        fault: Silence or a violation of the protocol, in words.
+        expedited: The data came in the initiate response.
+        announced: Octets announced by a segmented upload.
+    """
+
+    data: bytes | None = None
+    abort: int | None = None
+    fault: str = ""
+    expedited: bool = False
+    announced: int | None = None
+
+    @property
+    def confirmed(self) -> bool:
+        """The node confirmed the whole transfer."""
+        return self.data is not None
+
+    @property
+    def refused(self) -> bool:
+        """The node answered with an abort."""
+        return self.abort is not None
+
+    def __str__(self) -> str:
+        if self.data is not None:
+            return f"confirmed ({self.data.hex(' ').upper() or 'no data'})"
+        if self.abort is not None:
+            return f"abort {describe(self.abort)}"
+        return self.fault
+
+
+class SdoPort:
+    """Speaks SDO with one node, step by step.
+
+    Args:
+        channel: The node's SDO server.
+    """
+
+    def __init__(self, channel: SdoChannel) -> None:
+        self._channel = channel
+
+    def ask(self, request: sdo.Request | bytes) -> Answer:
+        """Send one request and wait for one response.
+
+        Args:
+            request: A message, or the frame's data as they are.
+        """
+        data = request if isinstance(request, bytes) else sdo.encode(request)
+        sent = self._channel.send(data)
+        received = self._channel.receive()
+        if received is None:
+            return Answer(sent, None, None, f"no response within {self._channel.timeout_s:g} s")
+        try:
+            return Answer(sent, received, sdo.decode_response(received.frame.data))
+        except WireError as error:
+            return Answer(sent, received, None, str(error))
+
+    def upload(self, index: int, sub: int) -> Transfer:
+        """Upload an object and judge each step of the protocol."""
+        answer = self.ask(sdo.InitiateUpload(index, sub))
+        match answer.response:
+            case sdo.InitiateUploadReply(index=got, sub=got_sub) if (got, got_sub) != (index, sub):
+                return self._wrong_object(answer)
+            case sdo.InitiateUploadReply(expedited=True, data=data):
+                return Transfer(data, expedited=True)
+            case sdo.InitiateUploadReply(size=size):
+                return self._segments(size)
+            case _:
+                return self._ended(answer, index, sub, "an upload response")
+
+    def download(self, index: int, sub: int, data: bytes, *, segmented: bool = False) -> Transfer:
+        """Download to an object, expedited up to 4 octets unless told otherwise."""
+        if len(data) > 4 or not data or segmented:
+            return self._download_segments(index, sub, data)
+        answer = self.ask(sdo.InitiateDownload(index, sub, data))
+        return self._acknowledged(answer, index, sub) or Transfer(data, expedited=True)
+
+    def abort(self, index: int, sub: int, code: int) -> None:
+        """Abort the transfer in progress; no response is expected."""
+        self._channel.send(sdo.encode(sdo.Abort(index, sub, code)))
+
+    def _segments(self, announced: int | None) -> Transfer:
+        data = bytearray()
+        toggle = False
+        while True:
+            answer = self.ask(sdo.UploadSegment(toggle))
+            if not isinstance(answer.response, sdo.UploadSegmentReply):
+                return self._ended(answer, None, None, "an upload segment")
+            segment = answer.response
+            if segment.toggle != toggle:
+                return Transfer(fault=f"toggle bit not alternated in segment {len(data) // 7 + 1}")
+            data += segment.data
+            if len(data) > MOST_OCTETS:
+                return Transfer(fault=f"upload still not complete after {MOST_OCTETS} octets")
+            if segment.last:
+                break
+            toggle = not toggle
+        if announced is not None and announced != len(data):
+            return Transfer(fault=f"{announced} octets announced, {len(data)} transferred")
+        return Transfer(bytes(data), announced=announced)
+
+    def _download_segments(self, index: int, sub: int, data: bytes) -> Transfer:
+        answer = self.ask(sdo.InitiateDownload(index, sub, expedited=False, size=len(data)))
+        refused = self._acknowledged(answer, index, sub)
+        if refused is not None:
+            return refused
+        toggle = False
+        for start in range(0, max(len(data), 1), 7):
+            last = start + 7 >= len(data)
+            answer = self.ask(sdo.DownloadSegment(toggle, data[start : start + 7], last))
+            if not isinstance(answer.response, sdo.DownloadSegmentAck):
+                return self._ended(answer, index, sub, "a download segment response")
+            if answer.response.toggle != toggle:
+                return Transfer(fault=f"toggle bit not alternated in segment {start // 7 + 1}")
+            toggle = not toggle
+        return Transfer(data)
+
+    def _acknowledged(self, answer: Answer, index: int, sub: int) -> Transfer | None:
+        match answer.response:
+            case sdo.InitiateDownloadAck(index=got, sub=got_sub):
+                return None if (got, got_sub) == (index, sub) else self._wrong_object(answer)
+            case _:
+                return self._ended(answer, index, sub, "a download response")
+
+    def _ended(self, answer: Answer, index: int | None, sub: int | None, wanted: str) -> Transfer:
+        match answer.response:
+            case sdo.Abort() as abort if index is None or (abort.index, abort.sub) == (index, sub):
+                return Transfer(abort=abort.code)
+            case sdo.Abort():
+                return self._wrong_object(answer)
+            case None:
+                return Transfer(fault=answer.fault)
+            case _:
+                return Transfer(fault=f"expected {wanted}, got {_bytes(answer)}")
+
+    def _wrong_object(self, answer: Answer) -> Transfer:
+        return Transfer(fault=f"answered for another object: {_bytes(answer)}")
+
+
+def _bytes(answer: Answer) -> str:
+    return str(answer.received.frame) if answer.received else "nothing"

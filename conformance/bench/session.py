@@ -1,0 +1,155 @@
+"""An open bench: the link, the node under test, and what is known about its state."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import can
+
+from conformance.bench.definition import BenchDefinition
+from conformance.bench.link import Link
+from conformance.bench.node import Node
+from conformance.bench.trace import Trace
+from conformance.errors import BenchError, ConformanceError, SpecError
+from conformance.spec.model import DeviceSpec
+from conformance.wire.nmt import NmtCommand
+
+
+class Bench:
+    """The rig around one device under test.
+
+    Args:
+        definition: What the bench is and allows.
+        spec: What the device is held against.
+        link: The open link to its bus.
+    """
+
+    def __init__(self, definition: BenchDefinition, spec: DeviceSpec, link: Link) -> None:
+        self.definition = definition
+        self.spec = spec
+        self.link = link
+        self.at_defaults = False
+        self.unsolicited = 0
+
+    @classmethod
+    def open(
+        cls,
+        definition: BenchDefinition,
+        spec: DeviceSpec,
+        options: Mapping[str, Any],
+        trace: Path | None,
+    ) -> Bench:
+        """Open the bus of a bench.
+
+        Args:
+            definition: The bench.
+            spec: What the device is held against.
+            options: Arguments of the interface beyond those in the bench's file.
+            trace: File for the trace.
+
+        Raises:
+            BenchError: The interface cannot be opened.
+        """
+        logging.getLogger("canopen").setLevel(logging.CRITICAL)
+        logging.getLogger("can").setLevel(logging.CRITICAL)
+        arguments = {
+            "interface": definition.interface,
+            "channel": definition.channel,
+            "bitrate": definition.bitrate or spec.bitrate,
+            **definition.options,
+            **options,
+        }
+        try:
+            bus = can.Bus(ignore_config=True, **arguments)
+        except SpecError:
+            raise
+        except Exception as error:
+            raise BenchError(
+                f"cannot open the bus (interface {definition.interface}, channel "
+                f"{arguments['channel']}): {error or type(error).__name__}"
+            ) from error
+        return cls(definition, spec, Link(bus, Trace(trace)))
+
+    def node(self) -> Node:
+        """Return the node for the next check."""
+        self.link.forget()
+        return Node(
+            self.link,
+            self.spec,
+            self.definition.sdo_timeout_s,
+            self.definition.boot_up_timeout_s,
+        )
+
+    def done(self, node: Node, *, doubtful: bool) -> None:
+        """End a check: undo what it did and make sure that the node is still there.
+
+        Args:
+            node: The node the check used.
+            doubtful: The check did not pass, so the node may have stopped answering.
+
+        Raises:
+            NodeTimeout: The node does not answer any more.
+        """
+        node.restore()
+        if doubtful and not node.answers():
+            node.recover()
+        node.channel.settle()
+        self.unsolicited += node.channel.unsolicited
+        if node.was_reset:
+            self.at_defaults = False
+
+    def find_node(self) -> None:
+        """Make sure that a node is there before anything is judged.
+
+        Raises:
+            BenchError: Nothing answers on the node's identifier.
+        """
+        node = self.node()
+        deadline = self.link.now() + self.definition.boot_up_timeout_s
+        mark = self.link.mark()
+        node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
+        while self.link.now() < deadline:
+            if node.answers() or self.link.since(mark, node.channel.is_response):
+                return
+        heard = sorted({f"{f.frame.can_id:03X}h" for f in self.link.since(0, lambda _: True)})
+        raise BenchError(
+            f"node {self.spec.node_id} does not answer on {self.definition.interface} "
+            f"within {self.definition.boot_up_timeout_s:g} s "
+            f"(heard on the bus: {', '.join(heard[:8]) or 'nothing'}); "
+            "check power, cable, termination, bit rate and node-ID"
+        )
+
+    def restore_defaults(self, node: Node) -> None:
+        """Bring the node to its factory settings, unless it has them.
+
+        Raises:
+            SetupRefused: It refuses.
+            NodeTimeout: It does not answer.
+        """
+        restore = self.spec.services.restore
+        if self.at_defaults or restore is None:
+            return
+        widest = max(
+            sorted(restore.groups),
+            key=lambda sub: (_width(restore.groups[sub]), -sub),
+        )
+        node.download(
+            restore.object, widest, int.from_bytes(restore.signature.encode("ascii"), "little")
+        )
+        node.reset()
+        self.at_defaults = True
+        node.was_reset = False
+
+    def close(self) -> None:
+        """Close the bus; what was recorded is kept even when the adapter is gone."""
+        try:
+            self.link.close()
+        except (can.CanError, OSError, ConformanceError) as error:
+            raise BenchError(f"cannot close the bus: {error}") from error
+
+
+def _width(ranges: list[list[Any]]) -> int:
+    return sum(int(high) - int(low) + 1 for low, high in ranges)

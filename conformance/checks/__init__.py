@@ -1,0 +1,15 @@
+"""The checks: one module per service, one test function per requirement."""
+
+import pytest
+
+from conformance.bench.session import Bench
+from conformance.verdict import Verdict
+
+BENCH = pytest.StashKey[Bench]()
+"""The open bench of a session, in pytest's config."""
+
+PASSED = pytest.StashKey[bool]()
+"""Whether an item's check passed, in the item."""
+
+VERDICT = pytest.StashKey[Verdict]()
+"""An item's verdict, in the item."""

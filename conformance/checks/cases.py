@@ -1,0 +1,166 @@
+"""Which entries of a spec a rule applies to, and the figures to try on each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from conformance.effects import Effect
+from conformance.requirements import Case, Cases
+from conformance.spec.document import Services
+from conformance.spec.model import DeviceSpec, Entry, Range, is_legal
+from conformance.wire.abort import AbortCode
+
+
+def entries(
+    which: Callable[[Entry, DeviceSpec], bool], attribute: str = "access"
+) -> tuple[str, Cases]:
+    """Return cases for every entry that ``which`` picks, cited by one attribute's source.
+
+    An entry that an ambiguity leaves open either way is picked only if every reading agrees.
+    """
+
+    def generate(spec: DeviceSpec) -> Iterable[Case]:
+        for entry in spec.entries.values():
+            if all(which(reading, spec) for reading in entry.readings):
+                yield Case(entry.address, entry, entry.source_of(attribute), reach(entry, spec))
+
+    return "entry", generate
+
+
+def reach(entry: Entry, spec: DeviceSpec) -> tuple[Effect, ...]:
+    """Return what a download to an entry does to the way the node is reached."""
+    services = spec.services
+    if services.node_id is not None and entry.index == services.node_id.object:
+        return ("node-id",)
+    if services.bitrate is not None and entry.index == services.bitrate.object:
+        return ("bitrate",)
+    return ()
+
+
+def service_objects(services: Services) -> set[int]:
+    """Return the objects that store and restore parameters."""
+    return {s.object for s in (services.store, services.restore) if s is not None}
+
+
+def is_pdo_object(entry: Entry, spec: DeviceSpec) -> bool:
+    """Tell whether an entry is a TPDO's communication or mapping parameter."""
+    tpdo = spec.services.tpdo
+    if tpdo is None:
+        return False
+    return any(
+        base <= entry.index < base + tpdo.count for base in (tpdo.communication, tpdo.mapping)
+    )
+
+
+def is_mapping(entry: Entry, spec: DeviceSpec) -> bool:
+    """Tell whether an entry is a TPDO's mapping parameter."""
+    tpdo = spec.services.tpdo
+    return tpdo is not None and tpdo.mapping <= entry.index < tpdo.mapping + tpdo.count
+
+
+def present(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick what the manual says exists."""
+    del spec
+    return not entry.optional and not entry.reserved
+
+
+def readable(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick what an upload must be able to read."""
+    return present(entry, spec) and entry.readable
+
+
+def writable(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick what accepts its own value without any further effect."""
+    return present(entry, spec) and entry.access == "rw" and entry.kind == "config"
+
+
+def read_only(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick what no download may change."""
+    return present(entry, spec) and entry.access in ("ro", "const")
+
+
+def write_only(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick what no upload may read."""
+    return present(entry, spec) and entry.access == "wo"
+
+
+def fixed(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick what has one documented value that nothing changes."""
+    return (
+        readable(entry, spec)
+        and entry.default is not None
+        and (entry.kind in ("identity", "constant"))
+    )
+
+
+def configured(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick what has a documented factory setting."""
+    return readable(entry, spec) and entry.default is not None and entry.kind == "config"
+
+
+def limited(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick what has a documented range or enumeration and can be put back afterwards."""
+    restorable = entry.kind == "config" or (entry.kind == "command" and bool(entry.affects))
+    return (
+        present(entry, spec)
+        and entry.writable
+        and entry.type.is_integer
+        and (entry.legal is not None or entry.limits_by is not None)
+        and restorable
+        and not is_mapping(entry, spec)
+        and entry.index not in service_objects(spec.services)
+    )
+
+
+def legal_values(entry: Entry, ranges: tuple[Range, ...]) -> list[int]:
+    """Return both edges of every range that are legal under every reading, ascending."""
+    edges = {edge for interval in ranges for edge in interval}
+    return sorted(
+        edge for edge in edges if all(is_legal(edge, other.legal) for other in entry.readings)
+    )
+
+
+def illegal_values(entry: Entry, ranges: tuple[Range, ...]) -> list[int]:
+    """Return values just outside every range and the type's extremes, illegal in every reading."""
+    low, high = entry.type.minimum, entry.type.maximum
+    near = {value for first, last in ranges for value in (first - 1, last + 1)} | {low, high}
+    others = [ranges, *(a.entry.legal for a in entry.alternatives)]
+    return sorted(
+        value
+        for value in near
+        if low <= value <= high and not any(is_legal(value, other) for other in others)
+    )
+
+
+def has_illegal_values(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick what has a range narrower than its type."""
+    if not limited(entry, spec):
+        return False
+    by = entry.limits_by.ranges.values() if entry.limits_by else ()
+    return any(illegal_values(entry, ranges) for ranges in (entry.legal or (), *by) if ranges)
+
+
+REFUSED_WRITE = (
+    AbortCode.UNSUPPORTED_ACCESS,
+    AbortCode.WRITE_OF_READ_ONLY,
+    AbortCode.GENERAL_ERROR,
+)
+REFUSED_READ = (
+    AbortCode.UNSUPPORTED_ACCESS,
+    AbortCode.READ_OF_WRITE_ONLY,
+    AbortCode.GENERAL_ERROR,
+)
+OUT_OF_RANGE = (
+    AbortCode.INVALID_VALUE,
+    AbortCode.VALUE_TOO_HIGH,
+    AbortCode.VALUE_TOO_LOW,
+    AbortCode.GENERAL_ERROR,
+)
+WRONG_LENGTH = (
+    AbortCode.LENGTH_MISMATCH,
+    AbortCode.LENGTH_TOO_HIGH,
+    AbortCode.LENGTH_TOO_LOW,
+    AbortCode.GENERAL_ERROR,
+)
+NO_OBJECT = (AbortCode.OBJECT_DOES_NOT_EXIST, AbortCode.GENERAL_ERROR)
+NO_SUB_INDEX = (AbortCode.SUB_INDEX_DOES_NOT_EXIST, AbortCode.GENERAL_ERROR)

@@ -1,0 +1,47 @@
+"""What a check is handed: the bench, the node under test and the verdict to fill."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from conformance.bench.heartbeat import HeartbeatPort
+from conformance.bench.node import Node
+from conformance.bench.session import Bench
+from conformance.checks import BENCH, PASSED, VERDICT
+from conformance.spec.model import DeviceSpec
+from conformance.verdict import Verdict
+
+
+@pytest.fixture
+def bench(request: pytest.FixtureRequest) -> Bench:
+    """The open bench."""
+    return request.config.stash[BENCH]
+
+
+@pytest.fixture
+def spec(bench: Bench) -> DeviceSpec:
+    """What the device is held against."""
+    return bench.spec
+
+
+@pytest.fixture
+def node(bench: Bench, request: pytest.FixtureRequest) -> Iterator[Node]:
+    """The node under test, in Pre-operational; what the check does to it is undone."""
+    node = bench.node()
+    yield node
+    bench.done(node, doubtful=not request.node.stash.get(PASSED, False))
+
+
+@pytest.fixture
+def heartbeat(node: Node, spec: DeviceSpec) -> HeartbeatPort:
+    """The node's heartbeat producer."""
+    return HeartbeatPort(node, spec.services.heartbeat_producer)
+
+
+@pytest.fixture
+def verdict(request: pytest.FixtureRequest) -> Verdict:
+    """What the check measures goes here; the plug-in concludes it."""
+    stash: pytest.Stash = request.node.stash
+    return stash.setdefault(VERDICT, Verdict())

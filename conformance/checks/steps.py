@@ -1,0 +1,84 @@
+"""Set-up that several checks share: what must hold before a download can be judged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from conformance.bench.node import Node
+from conformance.bench.tpdo import TpdoPort
+from conformance.checks.cases import is_mapping, is_pdo_object
+from conformance.errors import NodeTimeout, SetupRefused
+from conformance.spec.document import Tpdo
+from conformance.spec.model import Entry, Range, address
+
+COB_ID_SUB = 1
+
+
+def make_writable(node: Node, entry: Entry) -> None:
+    """Bring the node where a download to the entry is allowed: a TPDO is disabled first."""
+    tpdo = node.spec.services.tpdo
+    if tpdo is None or not is_pdo_object(entry, node.spec):
+        return
+    mapping = is_mapping(entry, node.spec)
+    first = tpdo.mapping if mapping else tpdo.communication
+    if mapping or entry.sub != COB_ID_SUB:
+        TpdoPort(node, tpdo, entry.index - first + 1).disable()
+    if mapping and entry.sub > 0:
+        node.download(entry.index, 0, 0)
+
+
+def own_value(node: Node, entry: Entry) -> bytes:
+    """Return what the entry holds, of the documented length.
+
+    Raises:
+        SetupRefused: The node does not hold it so; another requirement judges that.
+    """
+    data = node.upload(entry.index, entry.sub)
+    sizes = {reading.type.size for reading in entry.readings}
+    if None not in sizes and len(data) not in sizes:
+        raise SetupRefused(f"{entry.address} holds {len(data)} octets, see OD-03")
+    return data
+
+
+def require_writable(node: Node, entry: Entry) -> None:
+    """Make sure that a refusal to come can only be for the value.
+
+    Raises:
+        SetupRefused: The entry does not even take its own value; OD-04 judges that.
+    """
+    make_writable(node, entry)
+    if entry.access == "wo":
+        return
+    data = own_value(node, entry)
+    transfer = node.try_download(entry.index, entry.sub, data)
+    if not transfer.confirmed:
+        raise SetupRefused(f"{entry.address} does not take its own value ({transfer}), see OD-04")
+
+
+def each_limit(node: Node, entry: Entry) -> Iterator[tuple[str, tuple[Range, ...]]]:
+    """Return the entry's ranges; those that depend on another object with that object set."""
+    if entry.limits_by is None:
+        yield "", entry.legal or ()
+        return
+    index, sub = entry.limits_by.key
+    for setting, ranges in entry.limits_by.ranges.items():
+        node.download(index, sub, setting)
+        yield f" with {address(index, sub)} = {setting}", ranges
+
+
+def tpdo_service(node: Node) -> Tpdo:
+    """Return the spec's TPDO service."""
+    tpdo = node.spec.services.tpdo
+    if tpdo is None:
+        raise SetupRefused("the manual documents no TPDO")
+    return tpdo
+
+
+def require_alive(node: Node) -> None:
+    """Make sure that a silence was not that of a dead node.
+
+    Raises:
+        NodeTimeout: It does not answer.
+    """
+    if not node.answers():
+        raise NodeTimeout(f"node {node.node_id} does not answer after the silence to be judged")

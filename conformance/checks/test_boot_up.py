@@ -1,0 +1,71 @@
+"""Boot-up: one message after each start, then Pre-operational (CiA 301 v4.2.0, 7.3.2.2, 7.2.8.3.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from conformance.bench.heartbeat import HeartbeatPort, name_of
+from conformance.bench.node import Node
+from conformance.errors import SetupRefused
+from conformance.requirements import CIA301, Case, requirement
+from conformance.spec.model import DeviceSpec
+from conformance.verdict import Verdict
+from conformance.wire.nmt import NmtCommand, NmtState
+
+QUIET_S = 0.5
+RESETS = {
+    "reset-node": NmtCommand.RESET_NODE,
+    "reset-communication": NmtCommand.RESET_COMMUNICATION,
+}
+
+
+def starts(spec: DeviceSpec) -> Iterable[Case]:
+    """Every way in which the node starts."""
+    section = spec.services.nmt.source
+    for label in RESETS:
+        yield Case(label, label, section, ("resets",))
+    yield Case("power-on", "power-on", section, ("power",))
+
+
+def start(node: Node, way: str) -> int:
+    """Start the node and return the mark from which its boot-up can be seen."""
+    rig = node.link.rig
+    if way != "power-on":
+        mark = node.link.mark()
+        node.nmt(RESETS[way])
+    elif rig is None:
+        raise SetupRefused("the bench cannot switch the supply")
+    else:
+        rig.power_off()
+        mark = node.link.mark()
+        rig.power_on()
+    node.was_reset = True
+    return mark
+
+
+@requirement(
+    "BOOT-01", level="manual", cases=("way", starts), source=f"{CIA301}, 7.2.8.3.3", effects=()
+)
+def test_one_boot_up_message_per_start(node: Node, way: str, verdict: Verdict) -> None:
+    """After each start the node sends exactly one boot-up message, one octet 00h."""
+    mark = start(node, way)
+
+    node.link.wait(node.is_boot_up, node.boot_up_timeout_s, mark)
+    node.link.listen(QUIET_S, node.is_boot_up)
+
+    boot_ups = len(node.link.since(mark, node.is_boot_up))
+    verdict.equal("boot-up messages", boot_ups, 1)
+
+
+@requirement(
+    "BOOT-02", level="manual", cases=("way", starts), source=f"{CIA301}, 7.3.2.2", effects=()
+)
+def test_state_after_start(
+    node: Node, heartbeat: HeartbeatPort, way: str, spec: DeviceSpec, verdict: Verdict
+) -> None:
+    """After a start the node is Pre-operational, or Operational where it starts by itself."""
+    node.await_boot_up(start(node, way))
+
+    automatic = spec.services.nmt.automatic_start
+    wanted = NmtState.OPERATIONAL if automatic else NmtState.PRE_OPERATIONAL
+    verdict.equal("state", heartbeat.state(), name_of(wanted))

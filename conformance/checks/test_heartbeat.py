@@ -1,0 +1,165 @@
+"""Heartbeat producer: period, off, lower limit, state (CiA 301 v4.2.0, 7.2.8.3.2.2 and 7.5.2.14)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from conformance.bench.heartbeat import HeartbeatPort, name_of, state_of
+from conformance.bench.node import Node
+from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
+from conformance.checks.steps import require_alive
+from conformance.checks.test_nmt import TO
+from conformance.requirements import CIA301, Case, requirement
+from conformance.spec.model import DeviceSpec, address
+from conformance.verdict import Verdict
+from conformance.wire.nmt import NmtState
+
+PRODUCER = f"{CIA301}, 7.2.8.3.2.2"
+BEATS = 20
+
+
+def _object(spec: DeviceSpec) -> Iterable[Case]:
+    producer = spec.services.heartbeat_producer
+    if producer is not None:
+        yield Case(address(producer.object), producer.object, producer.source)
+
+
+def _periods(spec: DeviceSpec) -> Iterable[Case]:
+    producer = spec.services.heartbeat_producer
+    if producer is not None:
+        for period_ms in sorted({producer.min_ms, max(100, producer.min_ms)}):
+            yield Case(f"{address(producer.object)}/{period_ms}ms", period_ms, producer.source)
+
+
+@requirement(
+    "HB-01",
+    level="shall",
+    cases=("period_ms", _periods),
+    source=PRODUCER,
+    effects=("reads", "writes"),
+)
+def test_heartbeat_keeps_its_period(
+    heartbeat: HeartbeatPort, period_ms: int, verdict: Verdict
+) -> None:
+    """The node produces heartbeats at the period written to the producer heartbeat time."""
+    heartbeat.set(period_ms)
+
+    gaps_ms = heartbeat.gaps_ms(BEATS, period_ms)
+
+    verdict.equal("intervals seen", len(gaps_ms), BEATS)
+    verdict.within("heartbeat period", gaps_ms, period_ms, gap_tolerance_ms(period_ms), unit="ms")
+    verdict.within(
+        "mean heartbeat period", mean(gaps_ms), period_ms, mean_tolerance_ms(period_ms), unit="ms"
+    )
+
+
+@requirement(
+    "HB-02",
+    level="shall",
+    cases=("index", _object),
+    source=PRODUCER,
+    effects=("reads", "writes"),
+)
+def test_heartbeat_starts_at_once(
+    node: Node, heartbeat: HeartbeatPort, index: int, verdict: Verdict
+) -> None:
+    """The first heartbeat comes within one period after the time was written."""
+    period_ms = heartbeat.typical_ms
+    heartbeat.set(heartbeat.producer.off)
+    written = node.link.mark()
+    heartbeat.set(period_ms)
+    confirmed = node.link.since(written, node.channel.is_response)[-1]
+
+    first = node.link.wait(node.is_error_control, 10 * period_ms / 1000, written)
+
+    if first is None:
+        verdict.holds(
+            f"first heartbeat after download to {address(index)}",
+            expected=f"within {period_ms} ms",
+            actual=f"none within {10 * period_ms} ms",
+            ok=False,
+        )
+        return
+    verdict.at_most(
+        "first heartbeat after the confirmation",
+        (first.time_s - confirmed.time_s) * 1000,
+        period_ms + gap_tolerance_ms(period_ms),
+        unit="ms",
+    )
+
+
+@requirement(
+    "HB-03", level="manual", cases=("index", _object), source=PRODUCER, effects=("reads", "writes")
+)
+def test_heartbeat_is_switched_off(
+    node: Node, heartbeat: HeartbeatPort, index: int, verdict: Verdict
+) -> None:
+    """With the documented off value no heartbeat is produced."""
+    period_ms = heartbeat.typical_ms
+    heartbeat.set(period_ms)
+    on = len(heartbeat.collect(2, 4 * period_ms / 1000))
+    heartbeat.set(heartbeat.producer.off)
+
+    silent = node.link.listen(10 * period_ms / 1000, node.is_error_control)
+
+    verdict.equal(f"heartbeats with {address(index)} = {period_ms}", on, 2)
+    verdict.equal(f"heartbeats with {address(index)} = off", len(silent), 0)
+    require_alive(node)
+
+
+def _below(spec: DeviceSpec) -> Iterable[Case]:
+    producer = spec.services.heartbeat_producer
+    if producer is not None:
+        for period_ms in range(1, producer.min_ms):
+            if period_ms != producer.off:
+                yield Case(f"{address(producer.object)}/{period_ms}ms", period_ms, producer.source)
+
+
+@requirement("HB-04", level="manual", cases=("period_ms", _below), effects=("reads", "writes"))
+def test_heartbeat_is_never_faster_than_documented(
+    node: Node, heartbeat: HeartbeatPort, period_ms: int, verdict: Verdict
+) -> None:
+    """A time below the documented minimum is refused, or no heartbeat comes faster than that."""
+    producer = heartbeat.producer
+    size = node.spec.entries[producer.object, 0].type
+    heartbeat.set(producer.off)
+
+    transfer = node.try_download(producer.object, 0, size.encode(period_ms))
+
+    if transfer.refused:
+        verdict.holds(f"download of {period_ms} ms", expected="an abort", actual="abort", ok=True)
+        return
+    gaps_ms = heartbeat.gaps_ms(BEATS, producer.min_ms)
+    if not gaps_ms:
+        verdict.holds("heartbeats", expected="none, or slower", actual="none", ok=True)
+        return
+    verdict.at_least(
+        "mean heartbeat period",
+        mean(gaps_ms)[0],
+        producer.min_ms - mean_tolerance_ms(producer.min_ms),
+        unit="ms",
+    )
+
+
+def _states(spec: DeviceSpec) -> Iterable[Case]:
+    producer = spec.services.heartbeat_producer
+    for state in TO:
+        word = state.name.lower().replace("_", "-")
+        if producer is not None and word in producer.states:
+            yield Case(word, state, producer.source)
+
+
+@requirement(
+    "HB-05", level="manual", cases=("state", _states), source=PRODUCER, effects=("reads", "writes")
+)
+def test_heartbeat_carries_the_state(
+    node: Node, heartbeat: HeartbeatPort, state: NmtState, verdict: Verdict
+) -> None:
+    """In each state heartbeats come and carry that state, one octet with bit 7 clear."""
+    heartbeat.set(heartbeat.typical_ms)
+    node.nmt(TO[state])
+
+    seen = heartbeat.collect(4, 8 * heartbeat.typical_ms / 1000)
+
+    settled = sorted({state_of(beat) for beat in seen[1:]}) or ["no heartbeat"]
+    verdict.equal("state", " and ".join(settled), name_of(state))

@@ -1,0 +1,205 @@
+"""NMT slave: each command, each state's services, what is not meant for the node (CiA 301, 7.2.8)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from conformance.bench.heartbeat import HeartbeatPort, name_of
+from conformance.bench.node import Node
+from conformance.checks import cases
+from conformance.checks.steps import own_value
+from conformance.errors import SetupRefused
+from conformance.requirements import CIA301, Case, requirement
+from conformance.spec.model import DeviceSpec, Entry
+from conformance.verdict import Verdict
+from conformance.wire import cob_id
+from conformance.wire.frame import Frame
+from conformance.wire.nmt import NmtCommand, NmtState
+
+NMT = f"{CIA301}, 7.2.8.2.1"
+STATES = f"{CIA301}, 7.3.2.2"
+TO = {
+    NmtState.OPERATIONAL: NmtCommand.START,
+    NmtState.STOPPED: NmtCommand.STOP,
+    NmtState.PRE_OPERATIONAL: NmtCommand.ENTER_PRE_OPERATIONAL,
+}
+
+
+class Transition(NamedTuple):
+    """One NMT command in one state."""
+
+    before: NmtState
+    after: NmtState
+    broadcast: bool
+
+
+def _word(state: NmtState) -> str:
+    return state.name.lower().replace("_", "-")
+
+
+def _transitions(spec: DeviceSpec) -> Iterable[Case]:
+    for broadcast in (False, True):
+        for before in TO:
+            for after in TO:
+                if before is not after:
+                    suffix = "/broadcast" if broadcast else ""
+                    label = f"{_word(before)}-to-{_word(after)}{suffix}"
+                    yield Case(
+                        label, Transition(before, after, broadcast), spec.services.nmt.source
+                    )
+
+
+@requirement("NMT-01", level="shall", cases=("transition", _transitions), source=STATES)
+def test_command_changes_the_state(
+    node: Node, heartbeat: HeartbeatPort, transition: Transition, verdict: Verdict
+) -> None:
+    """Start, stop and enter Pre-operational lead to their state, addressed and as broadcast."""
+    heartbeat.state()
+    node.nmt(TO[transition.before])
+    if heartbeat.state_now() != name_of(transition.before):
+        raise SetupRefused(f"the node did not enter {name_of(transition.before)}")
+
+    node.nmt(TO[transition.after], node_id=0 if transition.broadcast else None)
+
+    verdict.equal("state", heartbeat.state_now(), name_of(transition.after))
+
+
+def _states(spec: DeviceSpec) -> Iterable[Case]:
+    return (Case(_word(state), state, spec.services.nmt.source) for state in TO)
+
+
+@requirement("NMT-02", level="shall", cases=("state", _states), source=f"{CIA301}, 7.3.2.2.5")
+def test_sdo_is_served_in_its_states_only(node: Node, state: NmtState, verdict: Verdict) -> None:
+    """SDO requests are answered in Pre-operational and Operational, and not in Stopped."""
+    node.nmt(TO[state])
+
+    served = node.answers()
+
+    wanted = "no answer" if state is NmtState.STOPPED else "an answer"
+    verdict.equal(
+        f"SDO request in {name_of(state)}", "an answer" if served else "no answer", wanted
+    )
+    node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
+    if not node.answers():
+        raise SetupRefused("the node does not answer in Pre-operational either, see NMT-01")
+
+
+def _other_nodes(spec: DeviceSpec) -> Iterable[Case]:
+    source = spec.services.nmt.source
+    for other in sorted({spec.node_id % 127 + 1, (spec.node_id - 2) % 127 + 1}):
+        yield Case(f"node-{other}", Frame(cob_id.NMT, bytes((NmtCommand.START, other))), source)
+
+
+@requirement("NMT-03", level="shall", cases=("foreign", _other_nodes), source=NMT)
+def test_command_to_another_node_is_ignored(
+    node: Node, heartbeat: HeartbeatPort, foreign: Frame, verdict: Verdict
+) -> None:
+    """A command addressed to another node changes nothing; the next one to this node works."""
+    _judge_ignored(node, heartbeat, foreign, verdict)
+
+
+def _malformed(spec: DeviceSpec) -> Iterable[Case]:
+    start, node_id = NmtCommand.START, spec.node_id
+    frames: Sequence[tuple[str, bytes]] = (
+        ("0-octets", b""),
+        ("1-octet", bytes((start,))),
+        ("3-octets", bytes((start, node_id, 0))),
+        ("8-octets", bytes((start, node_id, 0, 0, 0, 0, 0, 0))),
+    )
+    for label, data in frames:
+        yield Case(label, Frame(cob_id.NMT, data), spec.services.nmt.source)
+
+
+@requirement("NMT-04", level="should", cases=("malformed", _malformed), source=NMT)
+def test_command_of_wrong_length_is_ignored(
+    node: Node, heartbeat: HeartbeatPort, malformed: Frame, verdict: Verdict
+) -> None:
+    """A command that has not exactly two octets changes nothing."""
+    _judge_ignored(node, heartbeat, malformed, verdict)
+
+
+def _unknown(spec: DeviceSpec) -> Iterable[Case]:
+    for command in (0x00, 0x03, 0x7F, 0x83):
+        yield Case(
+            f"{command:02X}h",
+            Frame(cob_id.NMT, bytes((command, spec.node_id))),
+            spec.services.nmt.source,
+        )
+
+
+@requirement("NMT-05", level="shall", cases=("unknown", _unknown), source=NMT)
+def test_unknown_command_is_ignored(
+    node: Node, heartbeat: HeartbeatPort, unknown: Frame, verdict: Verdict
+) -> None:
+    """A command that the standard reserves changes nothing."""
+    _judge_ignored(node, heartbeat, unknown, verdict)
+
+
+def _judge_ignored(node: Node, heartbeat: HeartbeatPort, frame: Frame, verdict: Verdict) -> None:
+    heartbeat.state()
+    mark = node.link.mark()
+
+    node.send(frame)
+
+    verdict.equal("state", heartbeat.state_now(), name_of(NmtState.PRE_OPERATIONAL))
+    verdict.equal("boot-up messages", len(node.link.since(mark, node.is_boot_up)), 0)
+    node.nmt(NmtCommand.START)
+    if heartbeat.state_now() != name_of(NmtState.OPERATIONAL):
+        raise SetupRefused("the node does not follow a proper command either, see NMT-01")
+
+
+class Reset(NamedTuple):
+    """One reset and a setting it returns to its value at power-on."""
+
+    command: NmtCommand
+    entry: Entry
+
+
+def _resets(spec: DeviceSpec) -> Iterable[Case]:
+    areas = {
+        "reset-node/application": (NmtCommand.RESET_NODE, range(0x2000, 0xA000)),
+        "reset-node/communication": (NmtCommand.RESET_NODE, range(0x1000, 0x2000)),
+        "reset-communication": (NmtCommand.RESET_COMMUNICATION, range(0x1000, 0x2000)),
+    }
+    for label, (command, area) in areas.items():
+        entry = next((e for e in spec.entries.values() if _changeable(e, spec, area)), None)
+        if entry is not None:
+            yield Case(label, Reset(command, entry), spec.services.nmt.source)
+
+
+def _changeable(entry: Entry, spec: DeviceSpec, area: range) -> bool:
+    return (
+        entry.index in area
+        and cases.limited(entry, spec)
+        and entry.kind == "config"
+        and not entry.alternatives
+        and not cases.reach(entry, spec)
+        and not cases.is_pdo_object(entry, spec)
+        and len(cases.legal_values(entry, entry.legal or ())) > 1
+    )
+
+
+@requirement(
+    "NMT-06", level="shall", cases=("reset", _resets), source=STATES, effects=("writes", "resets")
+)
+def test_reset_returns_unsaved_settings(node: Node, reset: Reset, verdict: Verdict) -> None:
+    """A reset returns a setting that was not stored to the value it had after power-on."""
+    entry = reset.entry
+    node.reset(reset.command)
+    before = own_value(node, entry)
+    for value in cases.legal_values(entry, entry.legal or ()):
+        if entry.type.encode(value) != before:
+            node.download(entry.index, entry.sub, value)
+    if own_value(node, entry) == before:
+        raise SetupRefused(f"{entry.address} keeps its value, see OD-12")
+
+    node.reset(reset.command)
+
+    after = own_value(node, entry)
+    verdict.equal(
+        f"value of {entry.address} after the reset",
+        after,
+        before,
+        show=lambda data: data.hex(" ").upper(),
+    )

@@ -1,0 +1,225 @@
+"""SDO server: segmented transfer, wrong requests, recovery (CiA 301 v4.2.0, 7.2.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from conformance.bench.node import PROBE, Node
+from conformance.bench.sdo import Answer
+from conformance.checks import cases
+from conformance.checks.cases import entries
+from conformance.checks.steps import require_writable
+from conformance.errors import SetupRefused
+from conformance.requirements import CIA301, Case, requirement
+from conformance.spec.model import DeviceSpec, Entry
+from conformance.verdict import Verdict
+from conformance.wire import cob_id, sdo
+from conformance.wire.abort import AbortCode, describe
+from conformance.wire.datatypes import DataType
+from conformance.wire.frame import Frame
+
+SDO = f"{CIA301}, 7.2.4.3"
+CLIENT_ABORT = AbortCode.GENERAL_ERROR
+
+
+def _long(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick what needs, or may need, more than one frame."""
+    return cases.readable(entry, spec) and entry.type is DataType.VISIBLE_STRING
+
+
+def _longer_than_one_frame(entry: Entry, spec: DeviceSpec) -> bool:
+    return _long(entry, spec) and isinstance(entry.default, str) and len(entry.default) > 4
+
+
+def _server(_spec: DeviceSpec) -> Iterable[Case]:
+    yield Case("server", None, "")
+
+
+@requirement("SDO-01", level="shall", cases=entries(_long), source=f"{SDO}.6")
+def test_string_is_uploaded_by_the_protocol(node: Node, entry: Entry, verdict: Verdict) -> None:
+    """A string is uploaded expedited or in segments whose toggle bits and lengths agree."""
+    transfer = node.sdo.upload(entry.index, entry.sub)
+    if transfer.refused:
+        raise SetupRefused(f"{entry.address} cannot be uploaded ({transfer}), see OD-02")
+
+    verdict.holds(
+        f"upload of {entry.address}",
+        expected="a complete transfer",
+        actual=str(transfer),
+        ok=transfer.confirmed,
+    )
+    if transfer.confirmed:
+        long = len(transfer.data or b"") > 4
+        verdict.holds(
+            "protocol",
+            expected="segmented" if long else "expedited or segmented",
+            actual="expedited" if transfer.expedited else "segmented",
+            ok=not (long and transfer.expedited),
+        )
+
+
+def _one_per_size(spec: DeviceSpec) -> Iterable[Case]:
+    """One plain setting of each length."""
+    seen: set[int] = set()
+    for entry in spec.entries.values():
+        size = entry.type.size
+        if (
+            size in (1, 2, 4)
+            and size not in seen
+            and cases.limited(entry, spec)
+            and entry.kind == "config"
+            and not entry.alternatives
+            and not cases.is_pdo_object(entry, spec)
+            and not cases.reach(entry, spec)
+        ):
+            seen.add(size)
+            yield Case(entry.address, entry, entry.source_of("type"))
+
+
+@requirement(
+    "SDO-02",
+    level="shall",
+    cases=("entry", _one_per_size),
+    source=f"{CIA301}, 7.2.4.3.17",
+    effects=("reads", "writes"),
+)
+def test_wrong_length_is_refused(node: Node, entry: Entry, verdict: Verdict) -> None:
+    """A download with more or fewer octets than the data type has is refused."""
+    require_writable(node, entry)
+    for data in _wrong_lengths(node, entry):
+        transfer = node.try_download(entry.index, entry.sub, data)
+        verdict.holds(
+            f"download of {len(data)} octets to {entry.address} ({entry.type.name})",
+            expected="an abort",
+            actual=str(transfer),
+            ok=transfer.refused,
+        )
+
+
+@requirement(
+    "SDO-03",
+    level="shall",
+    cases=("entry", _one_per_size),
+    source=f"{CIA301}, 7.2.4.3.17",
+    effects=("reads", "writes"),
+)
+def test_refused_length_names_the_length(node: Node, entry: Entry, verdict: Verdict) -> None:
+    """A download of the wrong length is aborted with a code for the length."""
+    require_writable(node, entry)
+    for data in _wrong_lengths(node, entry):
+        transfer = node.try_download(entry.index, entry.sub, data)
+        if transfer.abort is None:
+            raise SetupRefused(f"{len(data)} octets were not aborted ({transfer}), see SDO-02")
+        verdict.one_of(
+            f"abort code for {len(data)} octets", transfer.abort, cases.WRONG_LENGTH, show=describe
+        )
+
+
+def _wrong_lengths(node: Node, entry: Entry) -> list[bytes]:
+    own = node.upload(entry.index, entry.sub)
+    lengths = (length for length in (1, 2, 4, 5) if length != len(own))
+    return [own[:length].ljust(length, b"\0") for length in lengths]
+
+
+def _commands(_spec: DeviceSpec) -> Iterable[Case]:
+    return (Case(f"{command:02X}h", command, "") for command in (0xE0, 0xFF))
+
+
+@requirement("SDO-04", level="shall", cases=("command", _commands), source=f"{SDO}.17")
+def test_unknown_command_is_aborted(node: Node, command: int, verdict: Verdict) -> None:
+    """A request with an unknown command specifier is aborted; the next request is served."""
+    index, sub = PROBE
+    request = bytes((command, index & 0xFF, index >> 8, sub, 0, 0, 0, 0))
+
+    answer = node.sdo.ask(request)
+
+    code = answer.response.code if isinstance(answer.response, sdo.Abort) else None
+    verdict.holds(
+        f"response to command {command:02X}h",
+        expected=" or ".join(
+            f"abort {describe(c)}"
+            for c in (AbortCode.UNKNOWN_COMMAND_SPECIFIER, AbortCode.GENERAL_ERROR)
+        ),
+        actual=_words(answer),
+        ok=code in (AbortCode.UNKNOWN_COMMAND_SPECIFIER, AbortCode.GENERAL_ERROR),
+    )
+    _judge_recovery(node, verdict)
+
+
+@requirement("SDO-05", level="shall", cases=entries(_longer_than_one_frame), source=f"{SDO}.17")
+def test_client_abort_ends_the_transfer(node: Node, entry: Entry, verdict: Verdict) -> None:
+    """After the client aborts a segmented upload the server accepts a new transfer."""
+    _begin_segments(node, entry)
+
+    node.sdo.abort(entry.index, entry.sub, CLIENT_ABORT)
+
+    _judge_recovery(node, verdict)
+    transfer = node.sdo.upload(entry.index, entry.sub)
+    verdict.holds(
+        f"upload of {entry.address} after the abort",
+        expected="a complete transfer",
+        actual=str(transfer),
+        ok=transfer.confirmed,
+    )
+
+
+@requirement("SDO-06", level="shall", cases=entries(_longer_than_one_frame), source=f"{SDO}.6")
+def test_wrong_toggle_bit_is_aborted(node: Node, entry: Entry, verdict: Verdict) -> None:
+    """A segment request with the wrong toggle bit is aborted; the next transfer is served."""
+    _begin_segments(node, entry)
+
+    answer = node.sdo.ask(sdo.UploadSegment(toggle=True))
+
+    verdict.holds(
+        "response to a first segment request with toggle bit 1",
+        expected="an abort",
+        actual=_words(answer),
+        ok=isinstance(answer.response, sdo.Abort),
+    )
+    _judge_recovery(node, verdict)
+
+
+def _begin_segments(node: Node, entry: Entry) -> None:
+    answer = node.sdo.ask(sdo.InitiateUpload(entry.index, entry.sub))
+    reply = answer.response
+    if not isinstance(reply, sdo.InitiateUploadReply) or reply.expedited:
+        raise SetupRefused(f"{entry.address} is not uploaded in segments ({_words(answer)})")
+
+
+def _words(answer: Answer) -> str:
+    if isinstance(answer.response, sdo.Abort):
+        return f"abort {describe(answer.response.code)}"
+    return str(answer.received.frame) if answer.received else answer.fault
+
+
+def _judge_recovery(node: Node, verdict: Verdict) -> None:
+    transfer = node.sdo.upload(*PROBE)
+    verdict.holds(
+        "the next upload", expected="confirmed", actual=str(transfer), ok=transfer.confirmed
+    )
+
+
+@requirement("SDO-07", level="shall", cases=_server, source=f"{CIA301}, 7.2.4.2")
+def test_request_to_another_node_is_not_answered(node: Node, verdict: Verdict) -> None:
+    """A request to another node's SDO server is not answered by this node."""
+    other = node.node_id % 127 + 1
+    index, sub = PROBE
+    mark = node.link.mark()
+
+    node.send(Frame(cob_id.sdo_request(other), sdo.encode(sdo.InitiateUpload(index, sub))))
+    node.link.listen(0.1, node.channel.is_response)
+
+    strays = node.link.since(mark, node.channel.is_response)
+    verdict.equal("responses of this node", len(strays), 0)
+    _judge_recovery(node, verdict)
+
+
+@requirement("SDO-08", level="shall", cases=_server, source=SDO)
+def test_each_request_is_answered_once(node: Node, verdict: Verdict) -> None:
+    """Each request is answered exactly once."""
+    for _ in range(10):
+        mark = node.link.mark()
+        transfer = node.sdo.upload(*PROBE)
+        node.link.listen(0.02, node.channel.is_response)
+        seen = len(node.link.since(mark, node.channel.is_response))
+        verdict.equal("responses to one request", seen if not transfer.fault else 0, 1)
