@@ -1,0 +1,164 @@
+"""The command line: `canopen-conformance`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+import click
+import typer
+
+from conformance import catalogue as catalogue_page
+from conformance import resources, runner
+from conformance.errors import ConformanceError, SpecError
+from conformance.report import spec_page
+from conformance.report.console import console
+from conformance.run import Run, RunOptions
+from conformance.spec.load import find_problems, load_spec
+
+WRONG_USAGE = 3
+
+app = typer.Typer(
+    help="Hold a CANopen device, real or simulated, against its own manual.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+spec_app = typer.Typer(help="Look at and check device specs.", no_args_is_help=True)
+app.add_typer(spec_app, name="spec")
+
+Device = Annotated[str, typer.Argument(help="Built-in name (see `devices`) or path of a spec.")]
+VariantOption = Annotated[str | None, typer.Option(help="Variant; the spec's first by default.")]
+NodeIdOption = Annotated[int | None, typer.Option(help="Node-ID, 1 to 127; the factory's default.")]
+
+
+@app.command()
+def devices() -> None:
+    """List the built-in device specs and their variants."""
+    rows = []
+    for name in resources.names("device_specs"):
+        file = load_spec(resources.find("device_specs", name, "DEVICE"))
+        info, manual = file.document.device, file.document.manual
+        rows.append(
+            (
+                name,
+                f"{info.vendor} {info.name}",
+                ", ".join(file.variants),
+                f"{manual.title} {manual.revision}",
+            )
+        )
+    console.table(("device", "product", "variants", "manual"), rows)
+
+
+@app.command()
+def run(
+    device: Device,
+    bench: Annotated[str, typer.Option(help="Built-in bench or path of a bench file.")] = (
+        "simulator"
+    ),
+    variant: VariantOption = None,
+    node_id: NodeIdOption = None,
+    serial: Annotated[str, typer.Option(help="Serial number for the record.")] = "",
+    select: Annotated[
+        str, typer.Option(help="Only items whose id matches, as pytest's -k: 'HB or OD-10'.")
+    ] = "",
+    report_dir: Annotated[
+        Path | None, typer.Option(help="Where the record goes; reports/runs/… by default.")
+    ] = None,
+    simulate_spec: Annotated[
+        str | None, typer.Option(help="Build the simulated device from this spec instead.")
+    ] = None,
+    fault: Annotated[
+        list[str] | None, typer.Option(help="Give the simulated device this defect (repeatable).")
+    ] = None,
+    reading: Annotated[
+        list[str] | None,
+        typer.Option(help="ID=N: reading the simulated device follows (repeatable)."),
+    ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Deviations from a 'should' count as well.")
+    ] = False,
+    seed: Annotated[int, typer.Option(help="Seed of everything random.")] = 0,
+) -> None:
+    """Judge a device; exit 0 conforms, 1 deviates, 2 inconclusive or bench failed, 3 usage."""
+    options = RunOptions(
+        device=device,
+        variant=variant,
+        bench=bench,
+        node_id=node_id,
+        serial=serial,
+        simulate_spec=simulate_spec,
+        faults=tuple(fault or ()),
+        readings=tuple(reading or ()),
+        report_dir=report_dir,
+        seed=seed,
+        strict=strict,
+    )
+    raise typer.Exit(runner.run(Run(options), select))
+
+
+@spec_app.command()
+def show(
+    device: Device,
+    variant: VariantOption = None,
+    node_id: NodeIdOption = None,
+    format: Annotated[Literal["table", "json"], typer.Option(help="table or json")] = "table",  # noqa: A002 - the option's name
+) -> None:
+    """Show what a spec says, expressions evaluated."""
+    file = load_spec(resources.find("device_specs", device, "DEVICE"))
+    spec = file.resolve(variant, node_id)
+    if format == "json":
+        sys.stdout.write(json.dumps(spec_page.to_json(spec), indent=1) + "\n")
+    else:
+        spec_page.print_table(spec, console)
+
+
+@spec_app.command()
+def lint(files: Annotated[list[Path], typer.Argument(help="Spec files.")]) -> None:
+    """Report every problem of some spec files."""
+    problems = []
+    for path in files:
+        file, found = find_problems(path)
+        problems += found
+        if file is not None:
+            entries = len(file.resolve().entries)
+            console.say(f"{path}: good ({entries} entries, {len(file.variants)} variants)")
+    if problems:
+        raise SpecError(*problems)
+
+
+@app.command()
+def catalogue(
+    device: Device,
+    variant: VariantOption = None,
+    format: Annotated[Literal["md", "json"], typer.Option(help="md or json")] = "md",  # noqa: A002 - the option's name
+) -> None:
+    """List the requirements, their sources and checks, and what they apply to in a device."""
+    spec = load_spec(resources.find("device_specs", device, "DEVICE")).resolve(variant)
+    made = catalogue_page.build(spec)
+    text = json.dumps(made, indent=1) if format == "json" else catalogue_page.to_markdown(made)
+    sys.stdout.write(text + "\n")
+
+
+def main() -> None:
+    """Run the command line; a mistake of the user gets one sentence and exit code 3."""
+    try:
+        code = app(standalone_mode=False)
+    except click.exceptions.Abort:
+        console.error("interrupted")
+        code = 2
+    except click.ClickException as error:
+        console.error(error.format_message())
+        code = WRONG_USAGE
+    except SpecError as error:
+        for problem in error.problems:
+            console.error(str(problem))
+        code = WRONG_USAGE
+    except ConformanceError as error:
+        console.error(str(error))
+        code = 2
+    except BrokenPipeError:
+        code = 2
+    sys.exit(code or 0)

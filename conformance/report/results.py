@@ -1,0 +1,153 @@
+"""The record of a run, `results.json`; every other report is made from it."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from conformance.errors import BenchError
+from conformance.verdict import VerdictWord
+
+JsonValue: TypeAlias = str | int | float | bool | list[Any] | dict[str, Any] | None
+VERDICTS: tuple[VerdictWord, ...] = (
+    "pass",
+    "fail",
+    "inconclusive",
+    "skipped",
+    "not_applicable",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """One check's result.
+
+    Args:
+        id: Stable: device, requirement and object.
+        requirement: Requirement id.
+        sentence: The rule in words.
+        level: ``manual``, ``shall`` or ``should``.
+        source: Where the rule stands.
+        service: CANopen service.
+        object: What the check was applied to.
+        verdict: One of `VERDICTS`.
+        expected: What the deciding measurement expected; empty without one.
+        actual: What it found.
+        unit: Its unit.
+        quantity: What it compares.
+        reason: Why there is no pass or fail.
+        duration_s: On the bench's clock.
+        trace: Slice of the trace, ``trace.log:12-40``.
+        readings: Ambiguity to the reading that the device follows here.
+        deviations: Every comparison that failed.
+        repeat: How to run this item alone.
+    """
+
+    id: str
+    requirement: str
+    sentence: str
+    level: str
+    source: str
+    service: str
+    object: str
+    verdict: VerdictWord
+    expected: str = ""
+    actual: str = ""
+    unit: str = ""
+    quantity: str = ""
+    reason: str = ""
+    duration_s: float = 0.0
+    trace: str = ""
+    readings: Mapping[str, int] = field(default_factory=dict)
+    deviations: tuple[Mapping[str, str], ...] = ()
+
+
+@dataclass(slots=True)
+class Results:
+    """A run's record.
+
+    Args:
+        run: Provenance: suite, spec, bench, seed, times.
+        device: What was judged.
+        items: In the order in which they ran.
+        strict: Deviations at level ``should`` count.
+        aborted: Why the run ended early, empty if it did not.
+    """
+
+    run: dict[str, JsonValue]
+    device: dict[str, JsonValue]
+    items: list[Item] = field(default_factory=list)
+    strict: bool = False
+    aborted: str = ""
+    complete: bool = False
+
+    def counts(self) -> dict[str, int]:
+        """Return how many items have each verdict."""
+        counted = Counter(item.verdict for item in self.items)
+        return {word: counted[word] for word in VERDICTS}
+
+    def deviations(self) -> list[Item]:
+        """Return the failed items that decide the run."""
+        return [
+            i for i in self.items if i.verdict == "fail" and (self.strict or i.level != "should")
+        ]
+
+    def remarks(self) -> list[Item]:
+        """Return the failed items at level ``should``, which do not decide the run."""
+        return (
+            []
+            if self.strict
+            else [i for i in self.items if i.verdict == "fail" and i.level == "should"]
+        )
+
+    @property
+    def exit_code(self) -> int:
+        """0 conforms, 1 deviations, 2 inconclusive or the bench failed."""
+        if self.deviations():
+            return 1
+        counts = self.counts()
+        decided = counts["pass"] + counts["fail"]
+        if self.aborted or not self.complete or counts["inconclusive"] or not decided:
+            return 2
+        return 0
+
+    @property
+    def verdict(self) -> str:
+        """The run in one word: ``conforms``, ``deviates`` or ``inconclusive``."""
+        return ("conforms", "deviates", "inconclusive")[self.exit_code]
+
+    def to_json(self) -> str:
+        """Return the record as JSON text."""
+        summary: dict[str, JsonValue] = {
+            "verdict": self.verdict,
+            "exit_code": self.exit_code,
+            "complete": self.complete,
+            "aborted": self.aborted,
+            "items": len(self.items),
+        }
+        summary.update(self.counts())
+        document = {
+            "run": self.run,
+            "device": self.device,
+            "items": [asdict(item) for item in self.items],
+            "summary": summary,
+        }
+        return json.dumps(document, indent=1, ensure_ascii=True)
+
+    def write(self, path: Path) -> None:
+        """Write the record so that a reader never sees half of it.
+
+        Raises:
+            BenchError: The disk does not take it.
+        """
+        draft = path.with_suffix(".tmp")
+        try:
+            draft.write_text(self.to_json(), encoding="utf-8", newline="\n")
+            os.replace(draft, path)  # noqa: PTH105 - atomic on every system
+        except OSError as error:
+            raise BenchError(f"cannot write {path}: {error.strerror or error}") from error

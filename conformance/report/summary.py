@@ -1,0 +1,177 @@
+"""What a run prints: progress while it goes, then deviations, counts and where the record is."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Protocol, Self
+
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bar
+
+from conformance.report.console import Terminal, console
+from conformance.report.junit import explain
+from conformance.report.results import VERDICTS, Item, Results
+
+MOST_SHOWN = 20
+HEADLINES = {
+    "conforms": ("CONFORMS", "bold green"),
+    "deviates": ("DEVIATES", "bold red"),
+    "inconclusive": ("INCONCLUSIVE", "bold yellow"),
+}
+
+
+class Reported(Protocol):
+    """What is reported: a run and its record."""
+
+    results: Results
+    total: int
+
+
+class Progress:
+    """A bar on a terminal, a line per service elsewhere.
+
+    Args:
+        run: The run.
+    """
+
+    def __init__(self, run: Reported) -> None:
+        self._run = run
+        self._service = ""
+        self._counts: Counter[str] = Counter()
+        self._bar = Bar(
+            TextColumn("{task.description:<20}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            console=console.out,
+            transient=True,
+            disable=not console.out.is_terminal,
+        )
+        self._task = self._bar.add_task("", total=None)
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self._bar.stop()
+        self._line()
+
+    def item(self, item: Item) -> None:
+        """Show one more result."""
+        if item.service != self._service:
+            self._line()
+            self._service = item.service
+            self._counts.clear()
+        self._counts[item.verdict] += 1
+        deviations = len(self._run.results.deviations())
+        words = f"{_title(item.service)}" + (f", {deviations} deviations" if deviations else "")
+        self._bar.update(self._task, total=self._run.total, advance=1, description=words)
+
+    def _line(self) -> None:
+        if self._service and not console.out.is_terminal:
+            counted = ", ".join(
+                f"{self._counts[v]} {_word(v)}" for v in VERDICTS if self._counts[v]
+            )
+            console.say(f"{_title(self._service):<20} {counted}")
+
+
+def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
+    """Print what a technician needs to know."""
+    device, run = results.device, results.run
+    node_id = device["node_id"]
+    terminal.say()
+    terminal.say(
+        f"{device['vendor']} {device['name']}, {device['variant']}, node {node_id} "
+        f"({node_id:02X}h), {float(str(run['bitrate'])) / 1000:g} kbit/s, bench {run['bench']}"
+        + (f", serial {device['serial']}" if device["serial"] else ""),
+        style="bold",
+    )
+    terminal.say(f"judged against {device['manual']}")
+    terminal.say()
+    _table(results, terminal)
+    _items(f"{_many(len(results.deviations()), 'deviation')}:", results.deviations(), terminal)
+    _items(f"{_many(len(results.remarks()), 'remark')}:", results.remarks(), terminal)
+    undecided = [item for item in results.items if item.verdict == "inconclusive"]
+    _reasons(f"{_many(len(undecided), 'item')} could not be decided:", undecided, terminal)
+    skipped = [item for item in results.items if item.verdict == "skipped"]
+    _skipped(skipped, terminal)
+    terminal.say()
+    if results.aborted:
+        terminal.say(f"The run ended early: {results.aborted}", style="bold yellow")
+    word, style = HEADLINES[results.verdict]
+    terminal.say(f"{word}: {_counts(results)}", style=style)
+    terminal.say(_times(results))
+    terminal.say(f"record: {directory} (results.json, junit.xml, trace.log)")
+
+
+def _table(results: Results, terminal: Terminal) -> None:
+    services = list(dict.fromkeys(item.service for item in results.items))
+    rows = []
+    for service in services:
+        counts = Counter(item.verdict for item in results.items if item.service == service)
+        rows.append((_title(service), *(str(counts[v] or "") for v in VERDICTS)))
+    if rows:
+        terminal.table(("service", *(_word(v) for v in VERDICTS)), rows)
+
+
+def _items(title: str, items: list[Item], terminal: Terminal) -> None:
+    if not items:
+        return
+    terminal.say()
+    terminal.say(title, style="bold")
+    for item in items[:MOST_SHOWN]:
+        terminal.say(explain(item))
+    _more(items, terminal)
+
+
+def _reasons(title: str, items: list[Item], terminal: Terminal) -> None:
+    if not items:
+        return
+    terminal.say()
+    terminal.say(title, style="bold")
+    for item in items[:MOST_SHOWN]:
+        terminal.say(f"{item.id}: {item.reason}")
+    _more(items, terminal)
+
+
+def _more(items: list[Item], terminal: Terminal) -> None:
+    if len(items) > MOST_SHOWN:
+        terminal.say(f"… and {len(items) - MOST_SHOWN} more in results.json")
+
+
+def _skipped(items: list[Item], terminal: Terminal) -> None:
+    reasons = Counter(item.reason for item in items)
+    if reasons:
+        terminal.say()
+    for reason, count in reasons.items():
+        terminal.say(f"{_many(count, 'item')} skipped: {reason}")
+
+
+def _counts(results: Results) -> str:
+    counts = results.counts()
+    shown = ", ".join(f"{counts[v]} {_word(v)}" for v in VERDICTS if counts[v])
+    return f"{_many(len(results.items), 'item')}: {shown or 'nothing was judged'}"
+
+
+def _times(results: Results) -> str:
+    run = results.run
+    wall = float(str(run.get("wall_s", 0)))
+    text = f"{wall:.1f} s, {run.get('frames', 0)} frames"
+    simulated = run.get("simulated_s")
+    if isinstance(simulated, int | float) and wall:
+        text += f"; {simulated:.0f} s of bus time, {simulated / wall:.0f} times as fast as real"
+    return text
+
+
+def _many(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _title(service: str) -> str:
+    words = service.replace("_", " ")
+    return words.upper() if len(words) <= 4 else words
+
+
+def _word(verdict: str) -> str:
+    return verdict.replace("_", " ")
