@@ -113,7 +113,7 @@ class ConformanceSession:
             self._config.stash[BENCH] = self._run.open(len(session.items))
         except BenchError as error:
             self._run.abort(str(error))
-            session.shouldstop = str(error)
+            session.items.clear()
         try:
             return (yield)
         finally:

@@ -260,7 +260,7 @@ class Run:
                 bench.link.now() - self._started_s, 3
             )
             self.results.run["frames"] = bench.link.line
-            self.results.run["unsolicited_sdo_responses"] = bench.unsolicited
+            self.results.run["unsolicited_sdo_responses"] = bench.channel.unsolicited
             try:
                 bench.close()
             except BenchError as error:

@@ -29,12 +29,14 @@ class Stamped:
         frame: The frame.
         time_s: Timestamp in seconds on the bus' clock.
         line: Its line in the trace.
+        place: Its place in the sequence of frames since the last `forget`, a mark.
         received: False for a frame that the bench sent.
     """
 
     frame: Frame
     time_s: float
     line: int
+    place: int
     received: bool
 
 
@@ -75,9 +77,7 @@ class Link:
         except (can.CanError, OSError) as error:
             raise BenchError(f"the adapter did not send {frame}: {error}") from error
         time_s = self.now() + self._offset_s
-        stamped = Stamped(frame, time_s, self._trace.add(time_s, frame, received=False), False)
-        self._frames.append(stamped)
-        return stamped
+        return self._keep(frame, time_s, received=False)
 
     def recv(self, deadline: float) -> Stamped | None:
         """Wait for the next frame.
@@ -118,8 +118,11 @@ class Link:
             )
         except WireError as error:
             raise BenchError(f"the adapter handed over what is no CAN frame: {error}") from error
-        line = self._trace.add(message.timestamp, frame, received=True)
-        stamped = Stamped(frame, message.timestamp, line, True)
+        return self._keep(frame, message.timestamp, received=True)
+
+    def _keep(self, frame: Frame, time_s: float, *, received: bool) -> Stamped:
+        line = self._trace.add(time_s, frame, received=received)
+        stamped = Stamped(frame, time_s, line, len(self._frames), received)
         self._frames.append(stamped)
         return stamped
 

@@ -14,6 +14,7 @@ from conformance.wire import cob_id
 from conformance.wire.datatypes import Value
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtCommand, NmtRequest, encode_request
+from conformance.wire.sdo import InitiateUpload
 
 PROBE = (0x1000, 0)
 _PROBES_AFTER_RESET = 10
@@ -28,20 +29,20 @@ class Node:
     Args:
         link: The link to the bus.
         spec: What the node is held against.
-        sdo_timeout_s: Longest wait for an SDO response.
+        channel: The node's SDO server.
         boot_up_timeout_s: Longest wait for a boot-up message.
     """
 
     def __init__(
-        self, link: Link, spec: DeviceSpec, sdo_timeout_s: float, boot_up_timeout_s: float
+        self, link: Link, spec: DeviceSpec, channel: SdoChannel, boot_up_timeout_s: float
     ) -> None:
         self.link = link
         self.spec = spec
         self.node_id = spec.node_id
         self.boot_up_timeout_s = boot_up_timeout_s
-        self.channel = SdoChannel(link, spec.node_id, sdo_timeout_s)
-        self.sdo = SdoPort(self.channel)
-        self._setup = SetupClient(self.channel)
+        self.channel = channel
+        self.sdo = SdoPort(channel)
+        self._setup = SetupClient(channel)
         self._undo: list[tuple[Key, bytes]] = []
         self._commanded = False
         self.was_reset = False
@@ -115,7 +116,7 @@ class Node:
         """Reset the node and wait until it answers again, with or without a boot-up message."""
         mark = self.link.mark()
         self.nmt(command)
-        self._forget_changes()
+        self.was_reset = True
         self.await_boot_up(mark)
 
     def power_cycle(self) -> None:
@@ -126,7 +127,7 @@ class Node:
         mark = self.link.mark()
         rig.power_off()
         rig.power_on()
-        self._forget_changes()
+        self.was_reset = True
         self.await_boot_up(mark)
 
     def await_boot_up(self, mark: int) -> None:
@@ -145,10 +146,6 @@ class Node:
             f"{self.boot_up_timeout_s:g} s after a reset"
         )
 
-    def _forget_changes(self) -> None:
-        self._undo.clear()
-        self.was_reset = True
-
     def is_boot_up(self, frame: Frame) -> bool:
         """Tell whether a frame is the node's boot-up message (CiA 301 v4.2.0, 7.2.8.3.3)."""
         return self.is_error_control(frame) and frame.data == b"\0"
@@ -161,7 +158,7 @@ class Node:
 
     def answers(self) -> bool:
         """Tell whether the node answers an SDO request at all: the sentinel after silence."""
-        return self.sdo.upload(*PROBE).fault == ""
+        return self.sdo.ask(InitiateUpload(*PROBE)).received is not None
 
     def restore(self) -> None:
         """Undo what the check did to the node.
@@ -195,10 +192,15 @@ class Node:
                 continue
             if self.answers():
                 return
-        raise NodeTimeout(f"node {self.node_id} does not answer any more")
+        late = self.channel.unsolicited
+        more = f"; {late} SDO responses came late or unasked" if late else ""
+        raise NodeTimeout(
+            f"node {self.node_id} does not answer any more within {self.channel.timeout_s:g} s, "
+            f"not even after a reset{more}"
+        )
 
     def _reset_all(self) -> None:
         mark = self.link.mark()
         self.nmt(NmtCommand.RESET_NODE, node_id=0)
-        self._forget_changes()
+        self.was_reset = True
         self.await_boot_up(mark)

@@ -9,6 +9,7 @@ from typing import Any
 
 import can
 
+from conformance.bench.channel import SdoChannel
 from conformance.bench.definition import BenchDefinition
 from conformance.bench.link import Link
 from conformance.bench.node import Node
@@ -32,7 +33,7 @@ class Bench:
         self.spec = spec
         self.link = link
         self.at_defaults = False
-        self.unsolicited = 0
+        self.channel = SdoChannel(link, spec.node_id, definition.sdo_timeout_s)
 
     @classmethod
     def open(
@@ -76,12 +77,8 @@ class Bench:
     def node(self) -> Node:
         """Return the node for the next check."""
         self.link.forget()
-        return Node(
-            self.link,
-            self.spec,
-            self.definition.sdo_timeout_s,
-            self.definition.boot_up_timeout_s,
-        )
+        self.channel.begin()
+        return Node(self.link, self.spec, self.channel, self.definition.boot_up_timeout_s)
 
     def done(self, node: Node, *, doubtful: bool) -> None:
         """End a check: undo what it did and make sure that the node is still there.
@@ -96,8 +93,7 @@ class Bench:
         node.restore()
         if doubtful and not node.answers():
             node.recover()
-        node.channel.settle()
-        self.unsolicited += node.channel.unsolicited
+        self.channel.settle()
         if node.was_reset:
             self.at_defaults = False
 
@@ -109,10 +105,9 @@ class Bench:
         """
         node = self.node()
         deadline = self.link.now() + self.definition.boot_up_timeout_s
-        mark = self.link.mark()
         node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
         while self.link.now() < deadline:
-            if node.answers() or self.link.since(mark, node.channel.is_response):
+            if node.answers():
                 return
         heard = sorted({f"{f.frame.can_id:03X}h" for f in self.link.since(0, lambda _: True)})
         raise BenchError(

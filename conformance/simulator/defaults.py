@@ -6,6 +6,7 @@ from itertools import cycle, islice
 
 from conformance.simulator.faults import Faults
 from conformance.spec.model import Entry
+from conformance.spec.resolve import parse_key
 from conformance.wire.datatypes import DataType, Value
 
 _TEXT = "1.0"
@@ -20,15 +21,15 @@ def initial_value(entry: Entry, serial_number: int, faults: Faults) -> Value:
         serial_number: Of this device.
         faults: Defects to show.
     """
+    wrong = {parse_key(address): value for address, value in faults.wrong_defaults.items()}
+    if entry.key in wrong and entry.type.is_integer:
+        return min(max(wrong[entry.key], entry.type.minimum), entry.type.maximum)
     if entry.follows == "serial-number":
         return _serial_number(entry, serial_number)
     if entry.default is None:
         return _plausible(entry)
     if isinstance(entry.default, str):
         return _from_text(entry.default, entry.type)
-    if entry.index in faults.wrong_defaults and entry.type.is_integer:
-        value = int(entry.default)
-        return value - 1 if value == entry.type.maximum else value + 1
     return entry.default
 
 

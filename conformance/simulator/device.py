@@ -145,7 +145,8 @@ class SimulatedDevice:
 
     def lss_bitrate(self, bitrate: int) -> None:
         """Use a bit rate now."""
-        self.bitrate = bitrate
+        if identity.usable_bitrate(bitrate):
+            self.bitrate = bitrate
 
     def lss_store(self, node_id: int | None, bitrate: int | None) -> None:
         """Keep what was configured in the non-volatile memory."""
@@ -215,6 +216,8 @@ class SimulatedDevice:
 
     def _use_node_id(self, node_id: int) -> None:
         """Change the node-ID of the running node."""
+        if not identity.usable_node_id(node_id):
+            return
         assert self._firmware is not None  # its download asked for the change
         node = self._firmware.node
         self._halt()

@@ -21,6 +21,7 @@ Command: TypeAlias = Literal[
     "start", "stop", "enter-pre-operational", "reset-node", "reset-communication"
 ]
 State: TypeAlias = Literal["pre-operational", "operational", "stopped"]
+Address: TypeAlias = Annotated[str, Field(pattern=r"^0x[0-9A-Fa-f]{4}(:\d{1,3})?$")]
 Index: TypeAlias = Annotated[int, Field(ge=0, le=0xFFFF)]
 
 
@@ -47,6 +48,9 @@ class Faults(BaseModel):
     nmt_ignores: list[Command] = []
     nmt_ignores_broadcast: bool = False
     nmt_obeys_other_nodes: bool = False
+    nmt_obeys_unknown_commands: bool = Field(
+        default=False, description="Takes a command that the standard reserves for start."
+    )
     nmt_obeys_wrong_length: bool = Field(
         default=False, description="Takes an NMT command from a frame of 3 to 8 bytes."
     )
@@ -93,6 +97,15 @@ class Faults(BaseModel):
     sdo_ignores_toggle: bool = Field(
         default=False, description="Accepts segments whose toggle bit does not alternate."
     )
+    sdo_hangs_after_abort: bool = Field(
+        default=False, description="Answers nothing more once the client aborted a transfer."
+    )
+    sdo_serves_other_nodes: bool = Field(
+        default=False, description="Answers requests to any node's SDO server."
+    )
+    sdo_unknown_command_ignored: bool = Field(
+        default=False, description="No answer to an unknown command specifier."
+    )
     sdo_block_ignored: bool = Field(
         default=False, description="Does not answer requests for a block transfer."
     )
@@ -112,8 +125,8 @@ class Faults(BaseModel):
     reads_write_only: bool = False
     unknown_object_reads_zero: bool = False
     unknown_sub_reads_zero: bool = False
-    wrong_defaults: list[Index] = Field(
-        default=[], description="Objects whose numeric defaults are one off."
+    wrong_defaults: dict[Address, int] = Field(
+        default={}, description="Integer entries and the value they have instead of the default."
     )
 
     # TPDO

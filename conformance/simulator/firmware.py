@@ -89,7 +89,7 @@ class Firmware:
             return
         if frame.remote:
             self._tpdos.requested(frame.can_id)
-        elif frame.can_id == cob_id.sdo_request(self.node.node_id):
+        elif self._is_sdo_request(frame):
             self._sdo.receive(frame.data)
         elif frame.can_id == cob_id.NMT:
             self._nmt.receive(frame)
@@ -98,6 +98,11 @@ class Firmware:
                 self._lss.receive(frame.data)
         elif self._is_sync(frame):
             self._tpdos.sync()
+
+    def _is_sdo_request(self, frame: Frame) -> bool:
+        if self.node.faults.sdo_serves_other_nodes:
+            return cob_id.sdo_request(1) <= frame.can_id <= cob_id.sdo_request(127)
+        return frame.can_id == cob_id.sdo_request(self.node.node_id)
 
     def _is_sync(self, frame: Frame) -> bool:
         if self._sync is None or frame.can_id != self.node.dictionary.number(self._sync) & CAN_ID:

@@ -15,6 +15,9 @@ from conformance.wire.datatypes import Value
 SWITCH_DELAY_NS: Final = 5_000_000
 """From a download that takes effect at once to the change, so that its answer is on the bus before."""
 
+SLOWEST: Final = 10_000
+FASTEST: Final = 1_000_000
+
 _RATE: Final = re.compile(r"(\d+(?:\.\d+)?)\s*([kM]?)bit/s", re.IGNORECASE)
 _FACTORS: Final = {"": 1, "k": 1_000, "m": 1_000_000}
 
@@ -23,6 +26,16 @@ def bits_per_second(entry: Entry, value: int) -> int:
     """Return the bit rate that a value of the bit rate object stands for, in bit/s."""
     match = _RATE.search((entry.values or {}).get(value, ""))
     return round(float(match[1]) * _FACTORS[match[2].lower()]) if match else value
+
+
+def usable_node_id(node_id: int) -> bool:
+    """Return whether a node can have this node-ID."""
+    return 1 <= node_id <= 127
+
+
+def usable_bitrate(bitrate: int) -> bool:
+    """Return whether a CAN controller can be set to this bit rate."""
+    return SLOWEST <= bitrate <= FASTEST
 
 
 def rate_values(spec: DeviceSpec) -> dict[int, int]:
@@ -59,14 +72,15 @@ def configured_node_id(spec: DeviceSpec, memory: NonVolatileMemory) -> int:
     """Return the node-ID for the next start."""
     entry = changeable_entry(spec, spec.services.node_id)
     value = None if entry is None else _configured(entry, memory)
-    return value if value is not None and 1 <= value <= 127 else memory.node_id
+    return value if value is not None and usable_node_id(value) else memory.node_id
 
 
 def configured_bitrate(spec: DeviceSpec, memory: NonVolatileMemory) -> int:
     """Return the bit rate for the next start, in bit/s."""
     entry = changeable_entry(spec, spec.services.bitrate)
     value = None if entry is None else _configured(entry, memory)
-    return memory.bitrate if entry is None or value is None else bits_per_second(entry, value)
+    rate = 0 if entry is None or value is None else bits_per_second(entry, value)
+    return rate if usable_bitrate(rate) else memory.bitrate
 
 
 def _configured(entry: Entry, memory: NonVolatileMemory) -> int | None:

@@ -49,8 +49,10 @@ class NmtSlave:
             frame = Frame(frame.can_id, frame.data[:2])
         try:
             request = decode_request(frame)
-            command = NmtCommand(request.command)
-        except (WireError, ValueError):
+        except WireError:
+            return
+        command = self._known(request.command)
+        if command is None:
             return
         if not self._concerned(request.node_id) or _NAMES[command] in self._node.faults.nmt_ignores:
             return
@@ -59,6 +61,11 @@ class NmtSlave:
             self._reset(command)
         else:
             self._enter(state)
+
+    def _known(self, command: int) -> NmtCommand | None:
+        if command in _NAMES:
+            return NmtCommand(command)
+        return NmtCommand.START if self._node.faults.nmt_obeys_unknown_commands else None
 
     def _concerned(self, node_id: int) -> bool:
         if node_id == 0:

@@ -18,7 +18,9 @@ ANSWER_NS = 300_000
 """From the end of a request to its answer being handed to the CAN controller."""
 
 _SEGMENT = 7
+_ABORT = 0x80
 _BLOCK = (0xA0, 0xC0)
+_UNKNOWN = 0xE0
 
 
 @dataclass(slots=True)
@@ -48,6 +50,7 @@ class SdoServer:
         self._timer = node.agenda.timer(self._send_due)
         self._delay_ns = ANSWER_NS + round(self._faults.sdo_answer_delay_ms * 1e6)
         self._count = 0
+        self._hung = False
 
     def silence(self) -> None:
         """Drop the transfer and the answers not sent yet, as in Stopped."""
@@ -63,7 +66,7 @@ class SdoServer:
             if not self._faults.sdo_answers_short_requests:
                 return
             data = data.ljust(8, b"\0")
-        if self._faults.sdo_block_ignored and data[0] & 0xE0 in _BLOCK:
+        if self._ignores(data[0] & 0xE0):
             return
         try:
             answer = self._handle(data)
@@ -72,6 +75,13 @@ class SdoServer:
             self._transfer = None
         if answer is not None:
             self._queue(sdo.encode(answer))
+
+    def _ignores(self, command: int) -> bool:
+        if self._faults.sdo_hangs_after_abort:
+            self._hung = self._hung or command == _ABORT
+        unknown = self._faults.sdo_unknown_command_ignored and command == _UNKNOWN
+        block = self._faults.sdo_block_ignored and command in _BLOCK
+        return self._hung or unknown or block
 
     def _handle(self, data: bytes) -> sdo.Response | None:
         try:

@@ -9,7 +9,6 @@ from typing import Final
 
 from conformance.simulator.bus import SimulatedBus
 
-
 PATIENCE_S: Final = 5e-3
 """How long other threads have for a reaction before idle time is skipped."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import can
 import pytest
@@ -43,7 +44,7 @@ def invented() -> str:
 def open_bus() -> Iterator[Callable[..., SimulatorBus]]:
     opened: list[can.BusABC] = []
 
-    def open_it(channel: str = str(INVENTED), **options: object) -> SimulatorBus:
+    def open_it(channel: str = str(INVENTED), **options: Any) -> SimulatorBus:
         bus = can.Bus(interface="canopen_simulator", channel=channel, ignore_config=True, **options)
         assert isinstance(bus, SimulatorBus)
         opened.append(bus)
@@ -140,8 +141,8 @@ def ask() -> Callable[..., str]:
 def make_device() -> Callable[..., SimulatedDevice]:
     """Builds the invented device without a bus, switched on at 0 and booted."""
 
-    def make(faults: Faults | None = None, **options: int) -> SimulatedDevice:
-        device = SimulatedDevice(load_spec(INVENTED), faults=faults, **options)
+    def make(faults: Faults | None = None) -> SimulatedDevice:
+        device = SimulatedDevice(load_spec(INVENTED), faults=faults)
         device.power_on(0)
         device.step(200_000_000)
         return device

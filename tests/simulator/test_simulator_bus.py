@@ -81,7 +81,7 @@ def test_arbitration_prefers_data_to_remote_and_short_to_long_identifiers() -> N
         Frame((0x100 << 18) + 1, extended=True),
         Frame(0x101),
     ]
-    assert sorted(reversed(ordered), key=priority) == ordered
+    assert sorted({*ordered}, key=priority) == ordered
 
 
 def test_only_participants_with_the_same_bit_rate_hear_each_other() -> None:

@@ -12,6 +12,7 @@ from canopen.objectdictionary import ODRecord, ODVariable
 from canopen.objectdictionary.datatypes import INTEGER16, UNSIGNED8, UNSIGNED16, UNSIGNED32
 
 from conformance.errors import SpecError
+from conformance.simulator.channel import NodeName, parse_channel
 from conformance.simulator.interface import SimulatorBus
 
 Ask = Callable[..., str]
@@ -194,8 +195,6 @@ def test_one_node_id_cannot_be_for_several_nodes(invented: str, open_bus: Open) 
 
 
 def test_a_path_of_windows_keeps_its_colon() -> None:
-    from conformance.simulator.channel import NodeName, parse_channel
-
     assert parse_channel(r"C:\specs\x.yaml:one@3") == [NodeName(r"C:\specs\x.yaml", "one", 3)]
     assert parse_channel(r"C:\specs\x.yaml") == [NodeName(r"C:\specs\x.yaml")]
 
@@ -271,7 +270,7 @@ def test_what_was_sent_on_the_real_clock_is_not_late_when_received_late(
 
 def dictionary() -> canopen.ObjectDictionary:
     """Return the part of the invented device that python-canopen needs for these tests."""
-    result = canopen.ObjectDictionary()
+    result = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]  # canopen lacks the annotation
     result.node_id = 0x0A
 
     def variable(name: str, index: int, sub: int, kind: int) -> ODVariable:
@@ -306,16 +305,20 @@ def test_python_canopen_works_with_its_notifier_thread(open_bus: Open, clock: st
     network = canopen.Network(bus)
     node = canopen.RemoteNode(0x0A, dictionary())
     network.add_node(node)
+    waiter = threading.Thread(target=node.nmt.wait_for_bootup, args=(5,))
+    waiter.start()
+    time.sleep(0.1)  # it must wait before time passes: simulated time does not wait for it
     network.connect()
     try:
-        node.nmt.wait_for_bootup(5)
+        waiter.join(5)
+        assert node.nmt.state == "PRE-OPERATIONAL"
         assert node.sdo[0x1000].raw == 0x0004019A
         assert node.sdo[0x1008].raw == "TILTY-2000X"
         node.sdo[0x2003].raw = "a note of 18 bytes"
         assert node.sdo[0x2003].raw == "a note of 18 bytes"
         with pytest.raises(canopen.SdoAbortedError, match="0x06010002"):
             node.sdo[0x1000].raw = 1
-        node.tpdo.read()
+        node.tpdo.read()  # type: ignore[no-untyped-call]  # canopen lacks the annotation
         node.tpdo[1].event_timer = 10
         node.tpdo[1].save()
         node.nmt.state = "OPERATIONAL"

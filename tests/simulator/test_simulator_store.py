@@ -233,3 +233,17 @@ def test_a_power_cycle_ends_a_transfer_and_drops_frames_not_sent(
     bus.power_on()
     assert hear(bus, 0.3) == ["70A#00"]
     assert ask(bus, "60 00 00 00 00 00 00 00") == "80 00 00 00 01 00 04 05"
+
+
+@pytest.mark.parametrize("readings", ["", "INV-01=2,INV-02=2", "INV-01=3,INV-02=3"])
+def test_a_node_id_or_bit_rate_that_cannot_be_is_never_used(
+    open_bus: Callable[..., SimulatorBus], tell: Tell, ask: Ask, hear: Hear, readings: str
+) -> None:
+    bus = open_bus(readings=readings, faults="accepts-out-of-range")
+    hear(bus, 0.3)
+    assert ask(bus, "2F 01 20 00 00 00 00 00")[:2] == "60"
+    assert ask(bus, "2F 02 20 00 FF 00 00 00")[:2] == "60"
+    ask(bus, f"23 10 10 01 {SAVE}")
+    tell(bus, "000#8100")
+    assert hear(bus, 0.3) == ["70A#00"]
+    assert ask(bus, FILTER)[:2] == "4F"

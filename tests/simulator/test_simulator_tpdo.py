@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import pytest
 
@@ -18,7 +19,7 @@ TILT = "18A#1A0457FE"
 
 
 def gaps(times: list[int]) -> set[int]:
-    return {b - a for a, b in zip(times, times[1:], strict=False)}
+    return {b - a for a, b in pairwise(times)}
 
 
 def write(bus: SimulatorBus, ask: Ask, *downloads: str) -> None:

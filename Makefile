@@ -1,0 +1,33 @@
+# `make demo` and `make test` need git, make and Python 3.11 or newer with venv; they do the rest.
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: demo test check schema clean
+
+demo: .venv/installed
+	$(BIN)/canopen-conformance run siko_ims360
+
+test: check
+	$(BIN)/python -m pytest tests/wire --quiet --cov=conformance.wire --cov-branch --cov-fail-under=100
+	$(BIN)/python -m pytest --numprocesses=auto
+
+check: .venv/installed-dev
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+schema: .venv/installed-dev
+	$(BIN)/python -m conformance.spec.schema
+
+clean:
+	rm -rf .venv dist build .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+
+.venv/installed: pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --editable .
+	touch $@
+
+.venv/installed-dev: pyproject.toml .venv/installed
+	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	touch $@
