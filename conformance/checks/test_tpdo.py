@@ -240,8 +240,11 @@ def _told_apart(node: Node) -> list[Entry]:
     held: set[int] = set()
     for entry in sorted(_mappable(node), key=lambda entry: -entry.index):
         bits = sum(other.type.bits or 0 for other in chosen) + (entry.type.bits or 0)
-        raw = int.from_bytes(node.upload(entry.index, entry.sub), "little")
-        if bits <= MOST_BITS and raw not in held:
+        transfer = node.sdo.upload(entry.index, entry.sub)
+        if transfer.data is None or bits > MOST_BITS:
+            continue
+        raw = int.from_bytes(transfer.data, "little")
+        if raw not in held:
             chosen.append(entry)
             held.add(raw)
     if len(chosen) < 2:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from conformance.simulator.node import Node
 from conformance.spec.document import HeartbeatProducer as HeartbeatSpec
+from conformance.spec.model import Entry, Range
 from conformance.wire.datatypes import Value
 from conformance.wire.nmt import Heartbeat, NmtState, encode_heartbeat
 
@@ -26,9 +27,8 @@ class HeartbeatProducer:
         if self._key is None or self._key not in node.dictionary.entries:
             return
         node.dictionary.observers[self._key].append(self._period_written)
-        if spec is not None and spec.below_minimum != "refused":
-            entry = node.dictionary.entries[self._key]
-            node.dictionary.ranges[self._key] = ((self._off, entry.type.maximum),)
+        if spec is not None:
+            node.dictionary.ranges[self._key] = _accepted(spec, node.dictionary.entries[self._key])
         if spec is not None and spec.below_minimum == "clamped":
             least = spec.min_ms
             node.dictionary.adjusts[self._key] = lambda value: (
@@ -91,6 +91,20 @@ class HeartbeatProducer:
             return
         told = self._told if self._node.faults.heartbeat_wrong_state else self._node.state
         self._node.send(encode_heartbeat(Heartbeat(self._node.node_id, told)))
+
+
+def _accepted(spec: HeartbeatSpec, entry: Entry) -> tuple[Range, ...]:
+    """Return the times that a download may have: inside the entry's ranges and the service's."""
+    whole = ((entry.type.minimum, entry.type.maximum),)
+    if spec.below_minimum != "refused":
+        return ((spec.off, entry.type.maximum),)
+    service = ((spec.off, spec.off), (spec.min_ms, spec.max_ms))
+    return tuple(
+        (max(low, first), min(high, last))
+        for low, high in entry.ranges or whole
+        for first, last in service
+        if max(low, first) <= min(high, last)
+    )
 
 
 def _states(spec: HeartbeatSpec) -> list[NmtState]:

@@ -1,0 +1,134 @@
+"""A device that differs in one thing from its manual fails in that thing, and in nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+SPEC = Path(__file__).parents[2] / "device_specs" / "siko_ims360.yaml"
+
+
+def replaced(*steps: tuple[str, str, str]) -> Callable[[str], str]:
+    """Change a spec's text: (heading after which to look, old text, new text)."""
+
+    def change(text: str) -> str:
+        for heading, old, new in steps:
+            start = text.index(f"\n  {heading}:\n")
+            place = text.index(old, start)
+            text = text[:place] + new + text[place + len(old) :]
+        return text
+
+    return change
+
+
+def removed(heading: str) -> Callable[[str], str]:
+    """Remove an object from a spec's text."""
+
+    def change(text: str) -> str:
+        start = text.index(f"\n  {heading}:\n")
+        end = text.index("\n  0x", start + 1)
+        return text[:start] + text[end:]
+
+    return change
+
+
+SPEC_CHANGES = {
+    "a default": (replaced(("0x1017", "default: 0", "default: 50")), {"OD-10/1017h"}),
+    "an access right, rw to ro": (
+        replaced(("0x2001", "access: rw", "access: ro")),
+        {"OD-04/2001h"},
+    ),
+    "an access right, const to rw": (
+        replaced(("0x6000", "access: const", "access: rw")),
+        {"OD-05/6000h"},
+    ),
+    "the lower edge of a range": (
+        replaced(("0x2002", "ranges: [[0x01, 0x7E]]", "ranges: [[0x02, 0x7E]]")),
+        {"OD-11/2002h"},
+    ),
+    "the upper edge of a range": (
+        replaced(("0x2002", "ranges: [[0x01, 0x7E]]", "ranges: [[0x01, 0x7D]]")),
+        {"OD-11/2002h"},
+    ),
+    "a range that is too wide": (
+        replaced(("0x3112", "ranges: [[1, 127]]", "ranges: [[0, 127]]")),
+        {"OD-13/3112h:01"},
+    ),
+    "an enumeration value that is missing": (
+        replaced(("0x2001", "      800000: 800 kbit/s\n", "")),
+        {"OD-11/2001h"},
+    ),
+    "a type": (
+        replaced(("0x20FF", "type: UNSIGNED16", "type: UNSIGNED32")),
+        {"OD-03/20FFh"},
+    ),
+    "a missing object": (removed("0x3022"), {"OD-01/3022h"}),
+    "an extra sub-index": (
+        replaced(
+            ("0x2020", "default: 1", "default: 2"),
+            (
+                "0x2020",
+                "      1:\n",
+                "      2:\n        name: Extra\n        type: UNSIGNED8\n        access: ro\n"
+                "        kind: live\n      1:\n",
+            ),
+        ),
+        {"OD-09/2020h:00", "OD-16/2020h"},
+    ),
+    "the heartbeat minimum": (
+        replaced(("heartbeat_producer", "min_ms: 10", "min_ms: 20")),
+        {"OD-11/1017h"},
+    ),
+    "the heartbeat minimum, by its range": (
+        replaced(("0x1017", "ranges: [[0, 0], [10, 65535]]", "ranges: [[0, 0], [20, 65535]]")),
+        {"OD-11/1017h"},
+    ),
+}
+
+FAULTS = {
+    "heartbeat-slow-10-percent": {"HB-01/1017h/10ms", "HB-01/1017h/100ms"},
+    "tpdo-in-pre-operational": {f"TPDO-01/180{n}h" for n in range(4)},
+    "mapped-objects-swapped": {f"TPDO-05/180{n}h" for n in range(4)},
+    "no-boot-up": {f"BOOT-01/{way}" for way in ("reset-node", "reset-communication", "power-on")},
+}
+
+
+@pytest.mark.parametrize("what", SPEC_CHANGES)
+def test_a_device_built_from_a_changed_spec_fails_in_the_change(
+    what: str, judge: Callable[..., Any], tmp_path: Path
+) -> None:
+    change, expected = SPEC_CHANGES[what]
+    text = SPEC.read_text(encoding="utf-8")
+    changed = change(text)
+    assert changed != text
+    copy = tmp_path / "copy.yaml"
+    copy.write_text(changed, encoding="utf-8")
+
+    finished = judge("--variant", "two-axis", "--simulate-spec", copy)
+
+    assert set(finished.items("fail")) == expected
+    assert finished.code == 1
+    subject = next(iter(expected)).split("/")[1].partition(":")[0]
+    for item in finished.record["items"]:
+        if item["verdict"] == "inconclusive":
+            assert subject in item["id"], item
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_device_with_a_fault_fails_in_the_fault(fault: str, judge: Callable[..., Any]) -> None:
+    finished = judge("--variant", "two-axis", "--fault", fault)
+
+    assert set(finished.items("fail")) == FAULTS[fault]
+    assert finished.items("inconclusive") == []
+    assert finished.code == 1
+
+
+@pytest.mark.parametrize("variant", ["one-axis", "two-axis"])
+def test_a_device_as_documented_conforms(variant: str, judge: Callable[..., Any]) -> None:
+    finished = judge("--variant", variant)
+
+    assert finished.code == 0
+    assert finished.record["summary"]["pass"] == finished.record["summary"]["items"]
