@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
-import click
 import typer
 
 from conformance import catalogue as catalogue_page
@@ -20,11 +19,22 @@ from conformance.spec.load import find_problems, load_spec
 
 WRONG_USAGE = 3
 
+USAGE_ERROR = 2
+"""What typer exits with; here it means something else."""
+
+
+class _Judged(Exception):  # noqa: N818 - how a run's exit code leaves the command line parser
+    def __init__(self, code: int) -> None:
+        super().__init__(code)
+        self.code = code
+
+
 app = typer.Typer(
     help="Hold a CANopen device, real or simulated, against its own manual.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
 )
 spec_app = typer.Typer(help="Look at and check device specs.", no_args_is_help=True)
 app.add_typer(spec_app, name="spec")
@@ -95,8 +105,9 @@ def run(
         report_dir=report_dir,
         seed=seed,
         strict=strict,
+        select=select,
     )
-    raise typer.Exit(runner.run(Run(options), select))
+    raise _Judged(runner.run(Run(options)))
 
 
 @spec_app.command()
@@ -144,14 +155,16 @@ def catalogue(
 
 def main() -> None:
     """Run the command line; a mistake of the user gets one sentence and exit code 3."""
+    code: object = 0
     try:
-        code = app(standalone_mode=False)
-    except click.exceptions.Abort:
+        app()
+    except _Judged as judged:
+        code = judged.code
+    except SystemExit as left:
+        code = WRONG_USAGE if left.code == USAGE_ERROR else left.code
+    except KeyboardInterrupt:
         console.error("interrupted")
         code = 2
-    except click.ClickException as error:
-        console.error(error.format_message())
-        code = WRONG_USAGE
     except SpecError as error:
         for problem in error.problems:
             console.error(str(problem))
@@ -161,4 +174,4 @@ def main() -> None:
         code = 2
     except BrokenPipeError:
         code = 2
-    sys.exit(code or 0)
+    sys.exit(code if isinstance(code, int) else 0)

@@ -1,26 +1,13 @@
-"""The pytest plug-in: options, one item per requirement and case, verdicts into a run's record.
+"""The pytest plug-in: the options of a conformance run; the rest is loaded when one is asked for.
 
-Inert unless `--device` is given, so that it does not disturb other people's test suites.
+Inert unless `--device` is given, so that it neither slows down nor disturbs other test suites.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from pathlib import Path
-from typing import Any
 
 import pytest
-
-from conformance.checks import BENCH, PASSED, VERDICT
-from conformance.errors import BenchError, NodeTimeout, SetupRefused, SpecError
-from conformance.report.results import Item
-from conformance.requirements import Case, Requirement
-from conformance.run import Run, RunOptions
-from conformance.verdict import EmptyCheckError, Nonconformity, Verdict
-
-CHECK_TIMEOUT_S = 120
-CASE = pytest.StashKey[Case]()
-RUN = pytest.StashKey[Run]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -47,158 +34,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Register the conformance run when a device was named."""
-    if config.option.device is None:
-        return
-    try:
-        run = config.stash.get(RUN, None) or Run(RunOptions.from_pytest(config.option))
-    except SpecError as error:
-        raise pytest.UsageError(str(error)) from error
-    if config.pluginmanager.hasplugin("timeout") and not config.option.timeout:
-        config.option.timeout = CHECK_TIMEOUT_S
-    config.pluginmanager.register(ConformanceSession(config, run), "conformance-session")
+    if config.option.device is not None:
+        from conformance.session import attach  # noqa: PLC0415 - other people's runs never need it
 
-
-class ConformanceSession:
-    """The hooks of one run.
-
-    Args:
-        config: pytest's.
-        run: What is run, and its record.
-    """
-
-    def __init__(self, config: pytest.Config, run: Run) -> None:
-        self._config = config
-        self._run = run
-
-    # One item per requirement and case
-
-    def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
-        """Make one item of each case a check applies to."""
-        requirement: Requirement | None = getattr(metafunc.function, "requirement", None)
-        if requirement is None:
-            return
-        found = list(requirement.cases(self._run.spec))
-        prefix = f"{self._run.spec.name}/{requirement.id}"
-        absent = Case("", None, "")
-        names = [f"{prefix}/{case.label}" for case in found] or [prefix]
-        metafunc.fixturenames.append("_case")
-        argument = [requirement.argument] if requirement.argument else []
-        metafunc.parametrize(
-            ["_case", *argument],
-            [(case, *([case.subject] * len(argument))) for case in found or [absent]],
-            ids=names,
-        )
-
-    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Mark what does not apply or is not allowed here."""
-        for item in items:
-            requirement, case = _what(item)
-            if requirement is None or case is None:
-                continue
-            item.stash[CASE] = case
-            effects = (*requirement.effects, *case.effects)
-            if not case.label:
-                item.add_marker(pytest.mark.skip(reason="not applicable: nothing in the spec"))
-            elif reason := self._run.refuses(effects):
-                item.add_marker(pytest.mark.skip(reason=reason))
-
-    # The bench is open while the items run
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtestloop(self, session: pytest.Session) -> Generator[None, object, object]:
-        """Open the bench, find the node, run the items, close the bench."""
-        if session.config.option.collectonly:
-            return (yield)
-        try:
-            self._config.stash[BENCH] = self._run.open(len(session.items))
-        except BenchError as error:
-            self._run.abort(str(error))
-            session.items.clear()
-        try:
-            return (yield)
-        finally:
-            self._run.close()
-
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_setup(self) -> None:
-        """Note where the item begins on the bus."""
-        self._run.begin_item()
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> Generator[None, object, object]:
-        """Conclude the verdict when the check's function has ended."""
-        result = yield
-        pyfuncitem.stash.get(VERDICT, Verdict()).conclude()
-        return result
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_makereport(
-        self, item: pytest.Item, call: pytest.CallInfo[None]
-    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-        """Turn what happened into a verdict, and stop the run when the rig or the node is gone."""
-        report = yield
-        error = call.excinfo.value if call.excinfo else None
-        requirement, case = _what(item)
-        if requirement is None or case is None:
-            return report
-        if call.when == "call":
-            item.stash[PASSED] = error is None
-        if call.when == "call" or (call.when == "setup" and error is not None):
-            made = self._judge(item, requirement, case, error)
-            self._run.record(made)
-            if made.verdict == "fail" and made.level == "should" and not self._run.strict:
-                report.outcome = "passed"
-            if made.verdict in ("fail", "inconclusive"):
-                report.longrepr = self._run.explain(made)
-        if isinstance(error, BenchError) or (
-            call.when == "teardown" and isinstance(error, NodeTimeout)
-        ):
-            report.longrepr = str(error)
-            self._run.abort(f"{error} (after {self._run.item_id(requirement, case)})")
-            item.session.shouldstop = str(error)
-        return report
-
-    def _judge(
-        self, item: pytest.Item, requirement: Requirement, case: Case, error: BaseException | None
-    ) -> Item:
-        verdict = item.stash.get(VERDICT, Verdict())
-        match error:
-            case None:
-                return self._run.item(requirement, case, "pass", verdict)
-            case Nonconformity():
-                return self._run.item(requirement, case, "fail", verdict)
-            case pytest.skip.Exception() if not case.label:
-                return self._run.item(
-                    requirement, case, "not_applicable", verdict, "the manual documents none"
-                )
-            case pytest.skip.Exception():
-                return self._run.item(requirement, case, "skipped", verdict, str(error.msg))
-            case SetupRefused() | NodeTimeout() | BenchError():
-                reason = str(error)
-            case EmptyCheckError():
-                reason = f"defect of the suite: {error}"
-            case pytest.fail.Exception():
-                reason = f"the check did not end within {CHECK_TIMEOUT_S} s"
-            case _:
-                reason = f"defect of the suite: {type(error).__name__}: {error}"
-        return self._run.item(requirement, case, "inconclusive", verdict, reason)
-
-    def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Exit with the run's verdict instead of pytest's."""
-        if not session.config.option.collectonly and self._run.opened:
-            session.exitstatus = self._run.results.exit_code
-
-    def pytest_terminal_summary(self, terminalreporter: Any) -> None:
-        """Say where the record is."""
-        if self._run.directory is not None and self._run.opened:
-            terminalreporter.write_line(f"conformance record: {self._run.directory}")
-
-    def pytest_keyboard_interrupt(self) -> None:
-        """Keep what was judged so far."""
-        self._run.abort("interrupted by the user")
-
-
-def _what(item: pytest.Item) -> tuple[Requirement | None, Case | None]:
-    requirement = getattr(getattr(item, "function", None), "requirement", None)
-    callspec = getattr(item, "callspec", None)
-    return requirement, callspec.params.get("_case") if callspec else None
+        attach(config)

@@ -11,6 +11,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from _pytest.mark.expression import Expression  # the language of -k, not exported
+
 from conformance import resources
 from conformance.bench.definition import BenchDefinition, load_bench
 from conformance.bench.session import Bench
@@ -43,6 +45,7 @@ class RunOptions:
     report_dir: Path | None = None
     seed: int = 0
     strict: bool = False
+    select: str = ""
 
     @classmethod
     def from_pytest(cls, option: Any) -> RunOptions:
@@ -78,9 +81,10 @@ class Run:
         self.progress = progress
         self.definition = load_bench(resources.find("fixtures/benches", options.bench, "--bench"))
         file = load_spec(resources.find("device_specs", options.device, "DEVICE"))
-        node_id = options.node_id or self.definition.node_id
+        node_id = self.definition.node_id if options.node_id is None else options.node_id
         self.spec: DeviceSpec = file.resolve(options.variant, node_id)
         self.strict = options.strict
+        self._selection = _selection(options.select)
         self._simulation = self._simulate()
         self.results = Results(self._provenance(), self._device(), strict=options.strict)
         self.directory: Path | None = None
@@ -130,6 +134,13 @@ class Run:
     def refuses(self, effects: tuple[Effect, ...]) -> str:
         """Return why the bench cannot run a check with these effects, empty if it can."""
         return refusal(self.definition, effects)
+
+    def selects(self, requirement: Requirement, case: Case) -> bool:
+        """Tell whether the user's selection includes an item."""
+        identifier = self.item_id(requirement, case).lower()
+        return self._selection is None or self._selection.evaluate(
+            lambda part, /, **_: part.lower() in identifier
+        )
 
     # While it runs
 
@@ -321,6 +332,16 @@ def refusal(definition: BenchDefinition, effects: tuple[Effect, ...]) -> str:
     if "power" in effects and definition.power == "none":
         return "the bench cannot switch the supply"
     return ""
+
+
+def _selection(text: str) -> Expression | None:
+    """Return what `--select` says, in the language of pytest's `-k`; empty selects all."""
+    try:
+        return Expression.compile(text) if text else None
+    except SyntaxError as error:
+        raise SpecError(
+            f"--select: expected parts of ids with and, or, not; got {text!r}"
+        ) from error
 
 
 def _readings(texts: tuple[str, ...]) -> dict[str, int]:

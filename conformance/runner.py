@@ -10,10 +10,10 @@ from types import FrameType
 import pytest
 
 from conformance.errors import SpecError
-from conformance.plugin import RUN
 from conformance.report.console import console
 from conformance.report.summary import Progress, print_summary
 from conformance.run import Run
+from conformance.session import RUN
 
 CHECKS = Path(__file__).parent / "checks"
 
@@ -38,15 +38,11 @@ class _Attach:
         self.collected = len(session.items)
 
 
-def run(run: Run, select: str) -> int:
-    """Run the checks that match, print the summary and return the exit code.
-
-    Args:
-        run: What is judged.
-        select: pytest's `-k` expression over item ids; empty for all.
+def run(run: Run) -> int:
+    """Run the checks, print the summary and return the exit code.
 
     Raises:
-        SpecError: The expression is wrong or matches nothing.
+        SpecError: No check matches the selection.
     """
     attach = _Attach(run)
     progress = Progress(run)
@@ -61,7 +57,6 @@ def run(run: Run, select: str) -> int:
         str(CHECKS / "pytest.ini"),
         "--device",
         run.options.device,
-        *(["-k", select] if select else []),
         str(CHECKS),
     ]
     previous = signal.signal(signal.SIGTERM, _interrupt)
@@ -71,9 +66,9 @@ def run(run: Run, select: str) -> int:
     finally:
         signal.signal(signal.SIGTERM, previous)
     if not run.opened:
-        if select and not attach.errors:
+        if run.options.select and not attach.errors:
             raise SpecError(
-                f"--select: expected an expression that matches a check, got {select!r}"
+                f"--select: expected a part of an item's id, got {run.options.select!r}"
             )
         raise RuntimeError("\n".join(attach.errors) or "the checks did not start")
     print_summary(run.results, str(run.directory), console)

@@ -38,6 +38,7 @@ class Transfer:
         data: What was uploaded or downloaded, when confirmed.
         abort: The node's abort code.
         fault: Silence or a violation of the protocol, in words.
+        answered: The node sent a response, whatever it was worth.
         expedited: The data came in the initiate response.
         announced: Octets announced by a segmented upload.
     """
@@ -45,6 +46,7 @@ class Transfer:
     data: bytes | None = None
     abort: int | None = None
     fault: str = ""
+    answered: bool = True
     expedited: bool = False
     announced: int | None = None
 
@@ -166,7 +168,7 @@ class SdoPort:
             case sdo.Abort():
                 return self._wrong_object(answer)
             case None:
-                return Transfer(fault=answer.fault)
+                return Transfer(fault=answer.fault, answered=answer.received is not None)
             case _:
                 return Transfer(fault=f"expected {wanted}, got {_bytes(answer)}")
 

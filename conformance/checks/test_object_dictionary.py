@@ -29,12 +29,14 @@ MISSING = (AbortCode.OBJECT_DOES_NOT_EXIST, AbortCode.SUB_INDEX_DOES_NOT_EXIST)
 def test_documented_entry_exists(node: Node, entry: Entry, verdict: Verdict) -> None:
     """Every documented object and sub-index exists."""
     transfer = node.sdo.upload(entry.index, entry.sub)
+    if transfer.answered and transfer.fault:
+        raise SetupRefused(f"the answer is no proper one ({transfer}), see OD-02")
 
     verdict.holds(
         f"existence of {entry.address}",
         expected="an answer other than that it does not exist",
         actual=str(transfer),
-        ok=not transfer.fault and transfer.abort not in MISSING,
+        ok=transfer.answered and transfer.abort not in MISSING,
     )
 
 

@@ -33,7 +33,7 @@ def to_junit(results: Results) -> str:
         _legal(name),
         cases,
         properties=properties,
-        timestamp=str(results.run.get("started", "")),
+        timestamp=_legal(str(results.run.get("started", ""))),
     )
     return str(to_xml_report_string([suite]))
 

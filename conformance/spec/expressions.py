@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import operator
+import warnings
 from collections.abc import Callable
+from functools import lru_cache
 
 _OPERATORS: dict[type[ast.operator], Callable[[int, int], int]] = {
     ast.Add: operator.add,
@@ -30,15 +32,21 @@ def evaluate(text: str, node_id: int) -> int:
     Raises:
         ExpressionError: The text is anything else.
     """
+    return _value(_parse(text), text, node_id)
+
+
+@lru_cache
+def _parse(text: str) -> ast.expr:
     if len(text) > _LONGEST:
         raise ExpressionError(
             f"expected an expression of at most {_LONGEST} characters, got {len(text)}"
         )
     try:
-        tree = ast.parse(text, mode="eval").body
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # "1if" is no number
+            return ast.parse(text, mode="eval").body
     except (SyntaxError, ValueError):
         raise ExpressionError(f"expected an integer expression, got {text!r}") from None
-    return _value(tree, text, node_id)
 
 
 def _value(node: ast.expr, text: str, node_id: int) -> int:

@@ -1,16 +1,17 @@
-"""What a spec says must hold together: defaults in their ranges, sub-index 0, mapping words."""
+"""What an entry says must hold together: defaults in their ranges, limits, sub-index 0."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
-from conformance.spec.document import Ambiguity, Services, SpecDocument
-from conformance.spec.model import Entry, Key, address, is_legal
-from conformance.spec.resolve import Report, apply_changes, parse_path
-from conformance.spec.yaml_reader import Path_
-from conformance.wire.pdo import MappingEntry
+from conformance.spec.model import Entry, Key, Range, address, is_legal
+from conformance.spec.resolve import Report
+from conformance.spec.yaml_reader import Path_, shown
+from conformance.wire.datatypes import DataType
+from conformance.wire.errors import WireError
 
-_MOST_PDO_BITS = 64
+Mistakes = Iterator[tuple[Path_, str]]
 
 
 def entry_path(entry: Entry) -> Path_:
@@ -20,174 +21,167 @@ def entry_path(entry: Entry) -> Path_:
 
 
 def lint_entries(
-    some: Mapping[Key, Entry],
+    indices: Iterable[int],
     entries: Mapping[Key, Entry],
-    document: SpecDocument,
+    doubted: Collection[Path_],
     report: Report,
 ) -> None:
-    """Report each of some entries that contradicts itself or its neighbours among all entries."""
-    doubted = set(_doubted(document.ambiguities))
-    for entry in some.values():
-        path = entry_path(entry)
-        for attribute, text in _own_mistakes(entry):
-            report((*path, attribute), text)
-        for text in _limits_mistakes(entry, entries):
-            report((*path, "limits_by"), text)
-    for index in dict.fromkeys(index for index, _ in some):
-        _lint_highest_sub(index, entries, doubted, report)
-    _lint_mapping(entries, document.services, report)
+    """Report each entry of some objects that contradicts itself or its neighbours.
+
+    Args:
+        indices: The objects.
+        entries: All entries of the variant.
+        doubted: Paths that an ambiguity of the manual changes.
+        report: Called with path and sentence.
+    """
+    for index in indices:
+        subs = [entry for key, entry in entries.items() if key[0] == index]
+        for entry in subs:
+            path = entry_path(entry)
+            for place, text in _mistakes(entry, entries):
+                report((*path, *place), text)
+        for path, text in _highest_sub_mistakes(subs, doubted):
+            report(path, text)
 
 
-def _own_mistakes(entry: Entry) -> Iterator[tuple[str, str]]:
+def interval_mistakes(ranges: Iterable[Range], low: int, high: int, what: str) -> Iterator[str]:
+    """Return what is wrong with some intervals that must lie within ``low`` to ``high``."""
+    for first, last in ranges:
+        if first > last:
+            yield f"expected the lower end first, got {first} to {last}"
+        elif first < low or last > high:
+            yield f"expected {low} to {high} for {what}, got {first} to {last}"
+
+
+def _mistakes(entry: Entry, entries: Mapping[Key, Entry]) -> Mistakes:
+    unfit: tuple[str, ...]
     if entry.type.is_integer:
         yield from _integer_mistakes(entry)
-    elif entry.ranges is not None or entry.values is not None:
-        yield "ranges", f"expected no ranges or values for {entry.type.name}, got some"
-    elif isinstance(entry.default, str) and entry.octets is not None:
-        low, high = entry.octets
-        if not low <= len(entry.default) <= high:
-            yield "default", f"expected {low} to {high} octets, got {len(entry.default)}"
+        yield from _limits_mistakes(entry, entries)
+        unfit = ("octets",)
+    else:
+        yield from _text_mistakes(entry)
+        unfit = ("ranges", "values", "bits", "limits_by")
+    for attribute in unfit:
+        if getattr(entry, attribute) is not None:
+            yield (attribute,), f"expected no {attribute} for {entry.type.name}, got some"
 
 
-def _integer_mistakes(entry: Entry) -> Iterator[tuple[str, str]]:
-    low, high = entry.type.minimum, entry.type.maximum
-    inside = f"expected {low} to {high} for {entry.type.name}"
-    for first, last in entry.ranges or ():
-        if first > last:
-            yield "ranges", f"expected the lower end first, got {first} to {last}"
-        if first < low or last > high:
-            yield "ranges", f"{inside}, got {first} to {last}"
+def _integer_mistakes(entry: Entry) -> Mistakes:
+    low, high, name = entry.type.minimum, entry.type.maximum, entry.type.name
+    wrong_ranges = list(interval_mistakes(entry.ranges or (), low, high, name))
+    for text in wrong_ranges:
+        yield ("ranges",), text
     for value in entry.values or ():
         if not low <= value <= high:
-            yield "values", f"{inside}, got {value}"
+            yield ("values", value), f"expected {low} to {high} for {name}, got {value}"
+    for bit in entry.bits or ():
+        if not 0 <= bit < (entry.type.bits or 0):
+            yield ("bits", bit), f"expected bit 0 to {(entry.type.bits or 0) - 1}, got {bit}"
     if not isinstance(entry.default, int):
         return
     if not low <= entry.default <= high:
-        yield "default", f"{inside}, got {entry.default}"
-    elif entry.kind == "config" and not is_legal(entry.default, entry.legal):
-        ranges = entry.legal or ()
-        wanted = ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in ranges)
-        yield "default", f"expected a value in its range ({wanted}), got {entry.default}"
+        yield ("default",), f"expected {low} to {high} for {name}, got {entry.default}"
+    elif _default_counts(entry) and not wrong_ranges and not is_legal(entry.default, entry.legal):
+        wanted = _spell_ranges(entry.legal)
+        yield ("default",), f"expected a value in its range ({wanted}), got {entry.default}"
 
 
-def _limits_mistakes(entry: Entry, entries: Mapping[Key, Entry]) -> Iterator[str]:
-    if entry.limits_by is not None and entry.limits_by.key not in entries:
-        yield f"expected a documented object, got {address(*entry.limits_by.key)}"
+def _default_counts(entry: Entry) -> bool:
+    """Tell whether the default is a value that the entry must be able to hold."""
+    return entry.kind in ("config", "constant", "identity")
 
 
-def _doubted(ambiguities: list[Ambiguity]) -> Iterator[Path_]:
-    """Return the paths that the manual itself contradicts."""
-    for ambiguity in ambiguities:
-        for reading in ambiguity.readings:
-            yield from (parse_path(text) for text in reading.changes)
+def _spell_ranges(ranges: tuple[Range, ...] | None) -> str:
+    return ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in ranges or ())
 
 
-def _lint_highest_sub(
-    index: int, entries: Mapping[Key, Entry], doubted: set[Path_], report: Report
-) -> None:
-    subs = [entry for key, entry in entries.items() if key[0] == index]
-    first = subs[0]
-    if not first.in_record:
+def _limits_mistakes(entry: Entry, entries: Mapping[Key, Entry]) -> Mistakes:
+    limits = entry.limits_by
+    if limits is None:
         return
-    path = ("objects", index, "subs")
+    low, high, name = entry.type.minimum, entry.type.maximum, entry.type.name
+    wrong = False
+    for value, ranges in limits.ranges.items():
+        for text in interval_mistakes(ranges, low, high, name):
+            wrong = True
+            yield ("limits_by", "ranges", value), text
+    other = entries.get(limits.key)
+    if other is None or not other.type.is_integer:
+        what = "a documented" if other is None else "an integer"
+        got = address(*limits.key)
+        yield ("limits_by", "object"), f"expected {what} object, got {got}"
+        return
+    for value in limits.ranges:
+        if not is_legal(value, other.legal):
+            wanted = f"a value of {other.address} ({_spell_ranges(other.legal)})"
+            yield ("limits_by", "ranges", value), f"expected {wanted}, got {value}"
+    if wrong or not isinstance(other.default, int) or not isinstance(entry.default, int):
+        return
+    allowed = limits.ranges.get(other.default)
+    if _default_counts(entry) and not is_legal(entry.default, allowed):
+        wanted = f"{_spell_ranges(allowed)} while {other.address} is {other.default}"
+        yield ("default",), f"expected {wanted}, got {entry.default}"
+
+
+def _text_mistakes(entry: Entry) -> Mistakes:
+    octets = entry.octets
+    if octets is not None and not 0 <= octets[0] <= octets[1]:
+        wanted = "expected least and greatest length in octets"
+        yield ("octets",), f"{wanted}, got {octets[0]} to {octets[1]}"
+        return
+    if not isinstance(entry.default, str):
+        return
+    wanted, encode = _TEXTS.get(entry.type, _OTHER_TEXT)
+    try:
+        length = len(encode(entry.default))
+    except (ValueError, WireError):
+        got = shown(entry.default)
+        yield ("default",), f"expected {wanted} for {entry.type.name}, got {got}"
+        return
+    low, high = octets or (entry.type.size or length, entry.type.size or length)
+    if not low <= length <= high:
+        yield ("default",), f"expected {_spell_ranges(((low, high),))} octets, got {length}"
+
+
+def _real(text: str) -> bytes:
+    if not math.isfinite(float(text)):
+        raise ValueError(text)
+    return bytes(8)
+
+
+def _boolean(text: str) -> bytes:
+    if text.lower() not in ("0", "1", "false", "true"):
+        raise ValueError(text)
+    return bytes(1)
+
+
+_TEXTS: dict[DataType, tuple[str, Callable[[str], bytes]]] = {
+    DataType.BOOLEAN: ('"0" or "1"', _boolean),
+    DataType.REAL32: ("a number", lambda text: _real(text)[:4]),
+    DataType.REAL64: ("a number", _real),
+    DataType.VISIBLE_STRING: ("printable ASCII characters", DataType.VISIBLE_STRING.encode),
+    DataType.UNICODE_STRING: ("Unicode characters", DataType.UNICODE_STRING.encode),
+}
+_OTHER_TEXT: tuple[str, Callable[[str], bytes]] = (
+    "characters up to FFh",
+    lambda text: text.encode("latin-1"),
+)
+
+
+def _highest_sub_mistakes(subs: list[Entry], doubted: Collection[Path_]) -> Mistakes:
+    if not subs or not subs[0].in_record:
+        return
+    first = subs[0]
     if first.sub != 0:
-        report(path, "expected sub-index 0, got none")
+        yield ("objects", first.index, "subs"), "expected sub-index 0, got none"
+        return
+    path = (*entry_path(first), "default")
+    counts_something_else = first.access in ("rw", "wo") or first.kind in ("live", "counter")
+    if counts_something_else or path in doubted or first.default is None:
         return
     highest = max(entry.sub for entry in subs)
-    counts_something_else = first.access == "rw"
-    if counts_something_else or (*path, 0, "default") in doubted:
-        return
-    if first.default != highest:
-        report(
-            (*path, 0, "default"),
-            f"expected {highest}, the highest sub-index listed, got {first.default!r}",
-        )
-
-
-def _lint_mapping(entries: Mapping[Key, Entry], services: Services, report: Report) -> None:
-    tpdo = services.tpdo
-    if tpdo is None:
-        return
-    for number in range(tpdo.count):
-        for base in (tpdo.communication, tpdo.mapping):
-            if (base + number, 0) not in entries:
-                report(("services", "tpdo"), f"expected object {address(base + number)}, got none")
-        bits = 0
-        for (index, sub), entry in entries.items():
-            if index != tpdo.mapping + number or sub == 0 or not isinstance(entry.default, int):
-                continue
-            bits += MappingEntry.from_word(entry.default).bits
-            for text in _word_mistakes(entry.default, entries):
-                report((*entry_path(entry), "default"), text)
-            if bits > _MOST_PDO_BITS:
-                report(
-                    (*entry_path(entry), "default"),
-                    f"expected at most {_MOST_PDO_BITS} mapped bits, got {bits}",
-                )
-
-
-def _word_mistakes(word: int, entries: Mapping[Key, Entry]) -> Iterator[str]:
-    if word == 0:
-        return
-    mapped = MappingEntry.from_word(word)
-    target = entries.get((mapped.index, mapped.sub))
-    place = f"{address(mapped.index, mapped.sub)} in mapping word {word:08X}h"
-    if target is None:
-        yield f"expected a documented object, got {place}"
-    elif target.mappable is False:
-        yield f"expected a mappable object, got {place}"
-    elif target.type.bits != mapped.bits:
-        yield f"expected {target.type.bits} bits for {target.type.name}, got {mapped.bits} for {place}"
-
-
-def lint_services(entries: Mapping[Key, Entry], services: Services, report: Report) -> None:
-    """Report every service that names an object the spec does not have."""
-    for name in type(services).model_fields:
-        index = getattr(getattr(services, name), "object", None)
-        if index is not None and (index, 0) not in entries:
-            report(
-                ("services", name, "object"), f"expected a documented object, got {address(index)}"
-            )
-    heartbeat = services.heartbeat_producer
-    if heartbeat is not None and heartbeat.min_ms > heartbeat.max_ms:
-        report(
-            ("services", "heartbeat_producer", "min_ms"),
-            f"expected at most max_ms ({heartbeat.max_ms}), got {heartbeat.min_ms}",
-        )
-
-
-def lint_document(document: SpecDocument, data: object, report: Report) -> None:
-    """Report what is wrong whatever the variant: names of variants, ambiguities."""
-    for index, doc in document.objects.items():
-        _lint_variant_names(doc.variants, ("objects", index), document, report)
-        for sub, sub_doc in getattr(doc, "subs", {}).items():
-            _lint_variant_names(sub_doc.variants, ("objects", index, "subs", sub), document, report)
-    seen: set[str] = set()
-    for number, ambiguity in enumerate(document.ambiguities):
-        path = ("ambiguities", number)
-        if ambiguity.id in seen:
-            report((*path, "id"), f"expected each id once, got {ambiguity.id} again")
-        seen.add(ambiguity.id)
-        judged = ambiguity.judged_by
-        if isinstance(judged, int) and not 1 <= judged <= len(ambiguity.readings):
-            report(
-                (*path, "judged_by"),
-                f"expected 'either' or 1 to {len(ambiguity.readings)}, got {judged}",
-            )
-        for place, reading in enumerate(ambiguity.readings):
-            try:
-                apply_changes(data, reading.changes)
-            except KeyError as error:
-                report(
-                    (*path, "readings", place, "changes"),
-                    f"expected a path in this file, got {error.args[0]!r}",
-                )
-
-
-def _lint_variant_names(
-    names: list[str] | None, path: Path_, document: SpecDocument, report: Report
-) -> None:
-    for name in names or ():
-        if name not in document.variants:
-            known = ", ".join(document.variants)
-            report((*path, "variants"), f"expected a variant of this file ({known}), got {name!r}")
+    certain = max((entry.sub for entry in subs if not entry.optional), default=highest)
+    if not isinstance(first.default, int) or not certain <= first.default <= highest:
+        wanted = f"expected {highest}, the highest sub-index listed"
+        yield path, f"{wanted}, got {shown(first.default)}"

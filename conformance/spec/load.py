@@ -3,28 +3,19 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
-
-from pydantic import ValidationError
 
 from conformance.errors import Problem, SpecError
 from conformance.spec.document import SpecDocument
-from conformance.spec.lint import lint_document, lint_entries, lint_services
-from conformance.spec.model import DeviceSpec
-from conformance.spec.resolve import (
-    EntryResolver,
-    Report,
-    chosen_readings,
-    patched,
-    touched_objects,
-    with_alternatives,
-)
+from conformance.spec.linter import find_mistakes
+from conformance.spec.model import DeviceSpec, Entry, Key
+from conformance.spec.readings import ChangeError, changes_of, patched, touched_objects
+from conformance.spec.resolve import EntryResolver, chosen_readings, with_alternatives
 from conformance.spec.validation import validate
-from conformance.spec.yaml_reader import Path_, YamlFile, read_yaml
+from conformance.spec.yaml_reader import Path_, YamlFile, read_yaml, spell
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,25 +49,18 @@ class SpecFile:
             readings: Ambiguity id to reading number, for those that shall not be as judged.
 
         Raises:
-            SpecError: There is no such variant, node-ID or reading.
+            SpecError: There is no such variant, node-ID or reading, or readings exclude each other.
         """
+        asked = readings or {}
         variant = self._variant(variant)
         node_id = self._node_id(node_id)
-        chosen = self._readings(readings or {})
-        document = self._under(chosen)
+        chosen = self._readings(asked)
+        try:
+            document = self._under(chosen)
+        except ChangeError as error:
+            raise SpecError(self._conflict(asked, error)) from error
         resolver = EntryResolver(variant, node_id, _ignore)
-        others = []
-        for ambiguity in self.document.ambiguities:
-            if ambiguity.judged_by != "either" or ambiguity.id in (readings or {}):
-                continue
-            indices = touched_objects(
-                {path: None for reading in ambiguity.readings for path in reading.changes}
-            )
-            for number in range(1, len(ambiguity.readings) + 1):
-                if indices and number != chosen[ambiguity.id]:
-                    other = self._under({**chosen, ambiguity.id: number})
-                    entries = {e.key: e for i in indices for e in resolver.object(other, i)}
-                    others.append((ambiguity.id, number, indices, entries))
+        others = self._other_readings(resolver, chosen, asked)
         return DeviceSpec(
             name=self.name,
             device=document.device,
@@ -116,11 +100,43 @@ class SpecFile:
                 raise SpecError(f"--reading: expected 1 to {known[name]} for {name}, got {number}")
         return chosen_readings(self.document.ambiguities, asked)
 
-    def _under(self, chosen: Mapping[str, int]) -> SpecDocument:
-        changes: dict[str, Any] = {}
+    def _other_readings(
+        self, resolver: EntryResolver, chosen: Mapping[str, int], asked: Mapping[str, int]
+    ) -> list[tuple[str, int, list[int], dict[Key, Entry]]]:
+        """Return what each reading not chosen of an open ambiguity makes of the entries."""
+        others = []
         for ambiguity in self.document.ambiguities:
-            changes.update(ambiguity.readings[chosen[ambiguity.id] - 1].changes)
+            if ambiguity.judged_by != "either" or ambiguity.id in asked:
+                continue
+            indices = touched_objects(
+                {path: None for reading in ambiguity.readings for path in reading.changes}
+            )
+            for number in range(1, len(ambiguity.readings) + 1):
+                if not indices or number == chosen[ambiguity.id]:
+                    continue
+                try:
+                    other = self._under({**chosen, ambiguity.id: number})
+                except ChangeError:  # a reading that those asked for exclude
+                    continue
+                entries = {
+                    entry.key: entry
+                    for index in indices
+                    if index in other.objects
+                    for entry in resolver.object(other, index)
+                }
+                others.append((ambiguity.id, number, indices, entries))
+        return others
+
+    def _under(self, chosen: Mapping[str, int]) -> SpecDocument:
+        ambiguities = self.document.ambiguities
+        changes = changes_of(ambiguities, [chosen[ambiguity.id] for ambiguity in ambiguities])
         return patched(self.document, self.yaml.data, changes)
+
+    def _conflict(self, asked: Mapping[str, int], error: ChangeError) -> str:
+        path, text = error.mistakes[0]
+        got = ", ".join(f"{name}={number}" for name, number in asked.items())
+        reason = f"{spell(path)}: {text}"
+        return f"--reading: expected readings that do not exclude each other, got {got} ({reason})"
 
 
 def _ignore(path: Path_, text: str) -> None:
@@ -138,48 +154,10 @@ def find_problems(path: Path) -> tuple[SpecFile | None, list[Problem]]:
     document, invalid = validate(SpecDocument, yaml)
     problems = [*yaml.problems, *invalid]
     if document is not None:
-        problems += _lint(SpecFile(yaml, document))
+        problems += find_mistakes(yaml, document)
     if problems or document is None:
         return None, sorted(dict.fromkeys(problems), key=lambda problem: problem.line)
     return SpecFile(yaml, document), []
-
-
-def _lint(file: SpecFile) -> list[Problem]:
-    problems: list[Problem] = []
-
-    def report(path: Path_, text: str) -> None:
-        problems.append(file.yaml.problem(path, text))
-
-    lint_document(file.document, file.yaml.data, report)
-    if problems:
-        return problems
-    for variant in file.variants:
-        resolver = EntryResolver(variant, file.document.factory.node_id, report)
-        entries = resolver.entries(file.document)
-        lint_entries(entries, entries, file.document, report)
-        lint_services(entries, file.document.services, report)
-        for document, indices in _every_reading(file, report):
-            changed = {e.key: e for i in indices for e in resolver.object(document, i)}
-            kept = {key: e for key, e in entries.items() if key[0] not in indices}
-            lint_entries(changed, dict(sorted((kept | changed).items())), document, report)
-    return problems
-
-
-def _every_reading(file: SpecFile, report: Report) -> Iterator[tuple[SpecDocument, list[int]]]:
-    """Return the document under each single reading, with the objects it changes."""
-    for number, ambiguity in enumerate(file.document.ambiguities):
-        for place, reading in enumerate(ambiguity.readings):
-            if not reading.changes:
-                continue
-            try:
-                document = patched(file.document, file.yaml.data, reading.changes)
-            except ValidationError as error:
-                report(
-                    ("ambiguities", number, "readings", place, "changes"),
-                    f"expected a value that fits its path, got: {error.errors()[0]['msg']}",
-                )
-            else:
-                yield document, touched_objects(reading.changes)
 
 
 def load_spec(path: Path) -> SpecFile:
@@ -188,12 +166,20 @@ def load_spec(path: Path) -> SpecFile:
     Raises:
         SpecError: With every problem of the file.
     """
-    stat = path.stat() if path.exists() else None
-    return _load(path, stat and (stat.st_mtime_ns, stat.st_size))
+    return _load(path, _state(path))
+
+
+def _state(path: Path) -> tuple[int, ...]:
+    """Return what changes when the file does."""
+    try:
+        stat = path.stat()
+    except (OSError, ValueError):  # reading it tells why
+        return ()
+    return stat.st_dev, stat.st_ino, stat.st_mtime_ns, stat.st_size
 
 
 @lru_cache(maxsize=32)
-def _load(path: Path, _state: tuple[int, int] | None) -> SpecFile:
+def _load(path: Path, _state: tuple[int, ...]) -> SpecFile:
     file, problems = find_problems(path)
     if file is None:
         raise SpecError(*problems)

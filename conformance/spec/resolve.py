@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar, cast
-
-from pydantic import TypeAdapter
+from typing import TypeVar, cast
 
 from conformance.spec.document import (
     Ambiguity,
     EntryDoc,
-    ObjectDoc,
     RecordDoc,
-    Services,
     SpecDocument,
-    VariableDoc,
-    shape,
 )
 from conformance.spec.expressions import ExpressionError, evaluate
+from conformance.spec.fields import shape
 from conformance.spec.model import Alternative, Entry, Key, LimitsBy, Range
 from conformance.spec.yaml_reader import Path_
 from conformance.wire.datatypes import DataType, Value
@@ -35,72 +30,6 @@ def parse_key(text: str) -> Key:
     """
     index, _, sub = text.partition(":")
     return int(index, 0), int(sub or "0", 0)
-
-
-def parse_path(text: str) -> Path_:
-    """Return the keys of a path such as ``objects/0x1003/subs/0/default``."""
-    return tuple(_number_or_name(part) for part in text.split("/"))
-
-
-def _number_or_name(part: str) -> int | str:
-    try:
-        return int(part, 0)
-    except ValueError:
-        return part
-
-
-def apply_changes(data: Any, changes: Mapping[str, Any]) -> Any:
-    """Return a spec's plain data with the values at some paths replaced; what is not on them is shared.
-
-    Raises:
-        KeyError: A path's parent does not exist; the argument is the path.
-    """
-    for text, value in changes.items():
-        try:
-            data = _replaced(data, parse_path(text), value)
-        except (KeyError, IndexError, TypeError):
-            raise KeyError(text) from None
-    return data
-
-
-def _replaced(place: Any, path: Path_, value: Any) -> Any:
-    first, *rest = path
-    copied = place.copy()
-    copied[first] = _replaced(copied[first], tuple(rest), value) if rest else value
-    return copied
-
-
-def patched(document: SpecDocument, data: Any, changes: Mapping[str, Any]) -> SpecDocument:
-    """Return the document as it is with the changes of a reading.
-
-    Args:
-        document: The document as it stands in the file.
-        data: The plain data it was made from.
-        changes: Path to value.
-
-    Raises:
-        ValidationError: A value does not fit its path.
-        KeyError: A path does not exist.
-    """
-    if not changes:
-        return document
-    changed = apply_changes(data, changes)
-    objects = dict(document.objects)
-    for index in touched_objects(changes):
-        objects[index] = _OBJECT.validate_python(changed["objects"][index])
-    update: dict[str, Any] = {"objects": objects}
-    if any(parse_path(text)[0] == "services" for text in changes):
-        update["services"] = Services.model_validate(changed["services"])
-    return document.model_copy(update=update)
-
-
-def touched_objects(changes: Mapping[str, Any]) -> list[int]:
-    """Return the indices of the objects that a reading changes."""
-    paths = (parse_path(text) for text in changes)
-    return sorted({path[1] for path in paths if path[0] == "objects" and isinstance(path[1], int)})
-
-
-_OBJECT: TypeAdapter[VariableDoc | RecordDoc] = TypeAdapter(ObjectDoc)
 
 
 def chosen_readings(
@@ -183,34 +112,36 @@ class EntryResolver:
         if not by_variant or not isinstance(value, dict):
             return cast("T | None", value)
         if self.variant not in value:
-            self.report((*self.path, attribute), f"expected a value for {self.variant!r}")
+            text = f"expected a value for variant {self.variant!r}, got nothing"
+            self.report((*self.path, attribute), text)
         return value.get(self.variant)
 
     def _default(self, doc: EntryDoc, kind: DataType) -> Value | None:
         value = cast("int | str | None", self._of_variant(doc.default, "default"))
         if value is None or not kind.is_integer:
             if isinstance(value, int):
-                self.report((*self.path, "default"), f"expected a text for {doc.type}, got {value}")
+                text = f"expected a text (in quotes) for {doc.type}, got {value}"
+                self.report((*self.path, "default"), text)
                 return None
             return value
         return self._integer(value, "default")
 
-    def _integer(self, value: int | str, attribute: str) -> int:
+    def _integer(self, value: int | str, *place: Hashable) -> int:
         if isinstance(value, int):
             return value
         try:
             return evaluate(value, self.node_id)
         except ExpressionError as error:
-            self.report((*self.path, attribute), str(error))
+            self.report((*self.path, *place), str(error))
             return 0
 
     def _ranges(
-        self, ranges: list[list[int | str]] | None, attribute: str
+        self, ranges: list[list[int | str]] | None, *place: Hashable
     ) -> tuple[Range, ...] | None:
         if ranges is None:
             return None
         return tuple(
-            (self._integer(low, attribute), self._integer(high, attribute)) for low, high in ranges
+            (self._integer(low, *place), self._integer(high, *place)) for low, high in ranges
         )
 
     def _limits_by(self, doc: EntryDoc) -> LimitsBy | None:
@@ -225,7 +156,7 @@ class EntryResolver:
             )
             return None
         ranges = {
-            value: self._ranges(limits, "limits_by") or ()
+            value: self._ranges(limits, "limits_by", "ranges", value) or ()
             for value, limits in doc.limits_by.ranges.items()
         }
         return LimitsBy(key, ranges, doc.limits_by.source)
@@ -236,10 +167,11 @@ def with_alternatives(
 ) -> dict[Key, Entry]:
     """Return the entries, each with what other readings make of it.
 
+    An entry that one reading has and another has not is optional.
+
     Args:
         entries: As judged.
         others: Ambiguity, number of the reading, indices it touches, and their entries under it.
-            An entry that is missing there becomes optional.
     """
     result = dict(entries)
     for ambiguity, reading, indices, others_entries in others:
@@ -253,4 +185,6 @@ def with_alternatives(
             elif other != base:
                 more = Alternative(ambiguity, reading, other)
                 result[key] = replace(known, alternatives=(*known.alternatives, more))
-    return result
+        for key, other in others_entries.items():
+            result.setdefault(key, replace(other, optional=True))
+    return dict(sorted(result.items()))

@@ -41,6 +41,10 @@ SPEC_CHANGES = {
         replaced(("0x2001", "access: rw", "access: ro")),
         {"OD-04/2001h"},
     ),
+    "an access right, rw to wo": (
+        replaced(("0x2001", "access: rw", "access: wo")),
+        {"OD-02/2001h"},
+    ),
     "an access right, const to rw": (
         replaced(("0x6000", "access: const", "access: rw")),
         {"OD-05/6000h"},

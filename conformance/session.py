@@ -1,0 +1,186 @@
+"""One conformance run inside pytest: an item per requirement and case, verdicts into the record."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import Any
+
+import pytest
+
+from conformance.checks import BENCH, PASSED, VERDICT
+from conformance.errors import BenchError, NodeTimeout, SetupRefused, SpecError
+from conformance.report.results import Item
+from conformance.requirements import Case, Requirement
+from conformance.run import Run, RunOptions
+from conformance.verdict import EmptyCheckError, Nonconformity, Verdict
+
+CHECK_TIMEOUT_S = 120
+RUN = pytest.StashKey[Run]()
+
+
+def attach(config: pytest.Config) -> None:
+    """Register the hooks of the run that the options ask for, or that is in the stash already."""
+    try:
+        run = config.stash.get(RUN, None) or Run(RunOptions.from_pytest(config.option))
+    except SpecError as error:
+        raise pytest.UsageError(str(error)) from error
+    if config.pluginmanager.hasplugin("timeout") and not config.option.timeout:
+        config.option.timeout = CHECK_TIMEOUT_S
+    config.pluginmanager.register(ConformanceSession(config, run), "conformance-session")
+
+
+class ConformanceSession:
+    """The hooks of one run.
+
+    Args:
+        config: pytest's.
+        run: What is run, and its record.
+    """
+
+    def __init__(self, config: pytest.Config, run: Run) -> None:
+        self._config = config
+        self._run = run
+
+    # One item per requirement and case
+
+    def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
+        """Make one item of each case a check applies to."""
+        requirement: Requirement | None = getattr(metafunc.function, "requirement", None)
+        if requirement is None:
+            return
+        found = list(requirement.cases(self._run.spec))
+        prefix = f"{self._run.spec.name}/{requirement.id}"
+        absent = Case("", None, "")
+        names = [f"{prefix}/{case.label}" for case in found] or [prefix]
+        metafunc.fixturenames.append("_case")
+        argument = [requirement.argument] if requirement.argument else []
+        metafunc.parametrize(
+            ["_case", *argument],
+            [(case, *([case.subject] * len(argument))) for case in found or [absent]],
+            ids=names,
+        )
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Mark what does not apply or is not allowed here."""
+        left = []
+        for item in list(items):
+            requirement, case = _what(item)
+            if requirement is None or case is None:
+                continue
+            if not self._run.selects(requirement, case):
+                items.remove(item)
+                left.append(item)
+                continue
+            effects = (*requirement.effects, *case.effects)
+            if not case.label:
+                item.add_marker(pytest.mark.skip(reason="not applicable: nothing in the spec"))
+            elif reason := self._run.refuses(effects):
+                item.add_marker(pytest.mark.skip(reason=reason))
+        if left:
+            self._config.hook.pytest_deselected(items=left)
+
+    # The bench is open while the items run
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> Generator[None, object, object]:
+        """Open the bench and find the node before the first item."""
+        if session.config.option.collectonly or not session.items:
+            return (yield)
+        try:
+            self._config.stash[BENCH] = self._run.open(len(session.items))
+        except BenchError as error:
+            self._run.abort(str(error))
+            session.items.clear()
+        return (yield)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self) -> None:
+        """Note where the item begins on the bus."""
+        self._run.begin_item()
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> Generator[None, object, object]:
+        """Conclude the verdict when the check's function has ended."""
+        result = yield
+        pyfuncitem.stash.get(VERDICT, Verdict()).conclude()
+        return result
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        """Turn what happened into a verdict, and stop the run when the rig or the node is gone."""
+        report = yield
+        error = call.excinfo.value if call.excinfo else None
+        requirement, case = _what(item)
+        if requirement is None or case is None:
+            return report
+        if call.when == "call":
+            item.stash[PASSED] = error is None
+        if call.when == "call" or (call.when == "setup" and error is not None):
+            made = self._judge(item, requirement, case, error)
+            self._run.record(made)
+            if made.verdict == "fail" and made.level == "should" and not self._run.strict:
+                report.outcome = "passed"
+            if made.verdict in ("fail", "inconclusive"):
+                report.longrepr = self._run.explain(made)
+        if isinstance(error, BenchError) or (
+            call.when == "teardown" and isinstance(error, NodeTimeout)
+        ):
+            report.longrepr = str(error)
+            self._run.abort(f"{error} (after {self._run.item_id(requirement, case)})")
+            item.session.shouldstop = str(error)
+        return report
+
+    def _judge(
+        self, item: pytest.Item, requirement: Requirement, case: Case, error: BaseException | None
+    ) -> Item:
+        verdict = item.stash.get(VERDICT, Verdict())
+        match error:
+            case None:
+                return self._run.item(requirement, case, "pass", verdict)
+            case Nonconformity():
+                return self._run.item(requirement, case, "fail", verdict)
+            case pytest.skip.Exception() if not case.label:
+                return self._run.item(
+                    requirement, case, "not_applicable", verdict, "the manual documents none"
+                )
+            case pytest.skip.Exception():
+                return self._run.item(requirement, case, "skipped", verdict, str(error.msg))
+            case SetupRefused() | NodeTimeout() | BenchError():
+                reason = str(error)
+            case EmptyCheckError():
+                reason = f"defect of the suite: {error}"
+            case pytest.fail.Exception():
+                reason = f"the check did not end within {CHECK_TIMEOUT_S} s"
+            case _:
+                reason = f"defect of the suite: {type(error).__name__}: {error}"
+        return self._run.item(requirement, case, "inconclusive", verdict, reason)
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_sessionfinish(self, session: pytest.Session) -> Generator[None, object, object]:
+        """Close the bench after what an interrupted check left was undone; exit with the verdict."""
+        result = None
+        try:
+            result = yield
+        except (BenchError, NodeTimeout) as error:
+            self._run.abort(str(error))
+        if self._run.opened:
+            self._run.close()
+            session.exitstatus = self._run.results.exit_code
+        return result
+
+    def pytest_terminal_summary(self, terminalreporter: Any) -> None:
+        """Say where the record is."""
+        if self._run.directory is not None and self._run.opened:
+            terminalreporter.write_line(f"conformance record: {self._run.directory}")
+
+    def pytest_keyboard_interrupt(self) -> None:
+        """Keep what was judged so far."""
+        self._run.abort("interrupted by the user")
+
+
+def _what(item: pytest.Item) -> tuple[Requirement | None, Case | None]:
+    requirement = getattr(getattr(item, "function", None), "requirement", None)
+    callspec = getattr(item, "callspec", None)
+    return requirement, callspec.params.get("_case") if callspec else None

@@ -1,0 +1,134 @@
+"""The suite finds the deviations of python-canopen's LocalNode, all of them true, and no others.
+
+Each entry below was confirmed by reading the frames in the run's trace. A requirement that appears
+or disappears here is either a new check that finds something, which wants its frames read and a
+line added, or a false alarm of the suite.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections import defaultdict
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import pytest
+
+SCRIPT = Path(__file__).with_name("local_node.py")
+Record: TypeAlias = dict[str, Any]
+
+SELECT = (
+    # LocalNode sends heartbeats and TPDOs from Python threads, several ms off on a busy machine,
+    # and answers a SYNC from another, which may miss the next SYNC 10 ms later.
+    "not HB-01 and not TPDO-02 and not TPDO-03"
+    # TPDO3 and TPDO4 are TPDO2 over again and take five seconds of real time.
+    " and not (TPDO and (1802h or 1803h))"
+)
+
+NUMBERS_OF_FEW = {
+    "3100h:01", "3100h:02", "3110h:01", "3110h:02",
+    "3112h:01", "3112h:02", "3112h:03", "3112h:04", "3120h:01", "3200h",
+}  # fmt: skip
+"""Objects with a range or enumeration narrower than their type under every reading."""
+
+VARIABLES = {
+    "1000h", "1001h", "1005h", "1008h", "1009h", "100Ah", "1014h", "1017h", "2001h",
+    "2002h", "20FFh", "3011h", "3012h", "3013h", "3021h", "3022h", "3023h", "3111h",
+    "3200h", "3210h", "3220h", "6000h", "6110h", "6111h", "6120h", "6121h", "6511h",
+}  # fmt: skip
+"""Objects without sub-indices."""
+
+DEVIATIONS = {
+    # 000#8132 (and 8232) is followed by silence: LocalNode takes note of state 0 and stays there;
+    # 7.3.2.2.1 has it finish the initialisation and say so.
+    "BOOT-01": {"reset-node", "reset-communication"},
+    # Every heartbeat after the reset is 732#00: still "initialising", never Pre-operational.
+    "BOOT-02": {"reset-node", "reset-communication"},
+    # 000#0232, then 632#40001000… is answered by 5B2#43001000…: the SDO server looks at no state.
+    "NMT-02": {"stopped"},
+    # 000#013200 starts the node; LocalNode unpacks the first two octets and ignores the length.
+    # (Of 0 and 1 octet it cannot unpack two: an exception inside, no change of state.)
+    "NMT-04": {"3-octets", "8-octets"},
+    # 3100h:02 is changed to 0, and is 0 after 000#8132: the reset touches no object.
+    "NMT-06": {"reset-node/application"},
+    # 632#2F003101FF… is confirmed by 5B2#60…: `min` and `max` of an ODVariable are for its user,
+    # set_data compares the length and nothing else.
+    "OD-13": NUMBERS_OF_FEW,
+    # 632#40001001… is answered with the value of 1000h:00: for an object without sub-indices
+    # _find_object forgets the sub-index. (3200h is write-only: aborted, but for being that.)
+    "OD-16": VARIABLES,
+    # 000#0132, then 632#23051000… is confirmed: set_data looks at no state.
+    "OD-18": {"1005h"},
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run's record, with `printed.txt`: what a user saw of it."""
+    folder = tmp_path_factory.mktemp("local_node")
+    command = [sys.executable, str(SCRIPT), "siko_ims360", "--select", SELECT]
+    # A process of its own: this one's pytest, its timeouts and plug-ins stay out of the run.
+    ended = subprocess.run(
+        [*command, "--report-dir", str(folder)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=280,
+    )
+    (folder / "printed.txt").write_text(ended.stdout + ended.stderr, encoding="utf-8")
+    if ended.returncode != 1:
+        pytest.fail(f"exit code {ended.returncode}:\n{ended.stdout}{ended.stderr}")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def record(folder: Path) -> Record:
+    made: Record = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    return made
+
+
+def _objects(record: Record, verdict: str) -> dict[str, set[str]]:
+    found: dict[str, set[str]] = defaultdict(set)
+    for item in record["items"]:
+        if item["verdict"] == verdict:
+            found[item["requirement"]].add(item["object"])
+    return dict(found)
+
+
+def test_each_deviation_is_found_and_no_other(record: Record) -> None:
+    failed = _objects(record, "fail")
+    failed.pop("HB-04", None)  # judged on its own below
+    assert failed == DEVIATIONS
+
+
+@pytest.mark.xfail(
+    reason="HB-04 fails a device that follows reading 3 of IMS-62, which is judged by either",
+    raises=AssertionError,
+    strict=True,
+)
+def test_fast_heartbeats_are_allowed_by_a_reading(record: Record) -> None:
+    assert "HB-04" not in _objects(record, "fail")
+
+
+def test_what_is_undecided_follows_from_a_deviation(record: Record) -> None:
+    assert _objects(record, "inconclusive") == {"OD-14": NUMBERS_OF_FEW}
+    for item in record["items"]:
+        if item["verdict"] == "inconclusive":
+            assert item["reason"].endswith("see OD-13"), item
+
+
+def test_the_run_is_complete_and_orderly(record: Record, folder: Path) -> None:
+    assert record["summary"]["complete"]
+    assert record["run"]["unsolicited_sdo_responses"] == 0
+    assert not re.search(r"Traceback|Warning|Exception", (folder / "printed.txt").read_text())
+
+
+def test_nothing_is_left_changed(folder: Path) -> None:
+    changed = json.loads((folder / "changed.json").read_text(encoding="utf-8"))
+    # LocalNode keeps the signature that should restore its defaults as if it were a value, and what
+    # was written to the write-only 3200h, which no client can read or put back.
+    assert set(changed) == {"1011h:01", "3200h"}
+    assert changed["1011h:01"] == b"load".hex(" ").upper()
