@@ -5,6 +5,14 @@ from __future__ import annotations
 from typing import Literal, TypeAlias, get_args
 
 Effect: TypeAlias = Literal[
-    "reads", "writes", "resets", "restores", "power", "non-volatile", "node-id", "bitrate"
+    "reads",
+    "writes",
+    "resets",
+    "restores",
+    "power",
+    "non-volatile",
+    "node-id",
+    "bitrate",
+    "other-nodes",
 ]
 ALL_EFFECTS: tuple[Effect, ...] = get_args(Effect)

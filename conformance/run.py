@@ -16,6 +16,7 @@ from _pytest.mark.expression import Expression  # the language of -k, not export
 from conformance import resources
 from conformance.bench.definition import BenchDefinition, load_bench
 from conformance.bench.session import Bench
+from conformance.checks import JUDGED_SERVICES
 from conformance.effects import Effect
 from conformance.errors import BenchError, SpecError
 from conformance.report.junit import explain, write_junit
@@ -83,6 +84,7 @@ class Run:
         file = load_spec(resources.find("device_specs", options.device, "DEVICE"))
         node_id = self.definition.node_id if options.node_id is None else options.node_id
         self.spec: DeviceSpec = file.resolve(options.variant, node_id)
+        self._factory = file.document.factory
         self.strict = options.strict
         self._selection = _selection(options.select)
         self._simulation = self._simulate()
@@ -119,7 +121,15 @@ class Run:
         path = resources.find("device_specs", model, option)
         file = load_spec(path)
         variant = self.spec.variant if self.spec.variant in file.variants else None
-        file.resolve(variant, self.spec.node_id, _readings(options.readings))
+        readings = _readings(options.readings)
+        file.resolve(variant, self.spec.node_id, readings)
+        for ambiguity in file.document.ambiguities:
+            number = readings.get(ambiguity.id, 1)
+            if number > 1 and not ambiguity.readings[number - 1].changes:
+                raise SpecError(
+                    f"--reading: expected one that changes a figure of the spec, got "
+                    f"{ambiguity.id}={number}, which the simulated device cannot show"
+                )
         for fault in options.faults:
             resources.find("fixtures/faults", fault, "--fault")
         return {
@@ -133,6 +143,12 @@ class Run:
 
     def refuses(self, effects: tuple[Effect, ...]) -> str:
         """Return why the bench cannot run a check with these effects, empty if it can."""
+        bitrate = self.definition.bitrate or self.spec.bitrate
+        as_made = (self.spec.node_id, bitrate) == (self._factory.node_id, self._factory.bitrate)
+        if "restores" in effects and not as_made:
+            return (
+                "restoring the factory settings would move the node to another node-ID or bit rate"
+            )
         return refusal(self.definition, effects)
 
     def selects(self, requirement: Requirement, case: Case) -> bool:
@@ -305,11 +321,16 @@ class Run:
             "faults": list(options.faults),
             "simulated_readings": list(options.readings),
             "strict": options.strict,
+            "not_judged": sorted(set(self._documented_services()) - JUDGED_SERVICES),
             "python": platform.python_version(),
             "python_can": version("python-can"),
             "canopen": version("canopen"),
             "system": platform.system(),
         }
+
+    def _documented_services(self) -> list[str]:
+        services = self.spec.services
+        return [name for name in type(services).model_fields if getattr(services, name) is not None]
 
     def _device(self) -> dict[str, Any]:
         spec = self.spec

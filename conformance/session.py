@@ -84,7 +84,7 @@ class ConformanceSession:
     @pytest.hookimpl(wrapper=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Generator[None, object, object]:
         """Open the bench and find the node before the first item."""
-        if session.config.option.collectonly or not session.items:
+        if session.config.option.collectonly or not session.items or session.testsfailed:
             return (yield)
         try:
             self._config.stash[BENCH] = self._run.open(len(session.items))
@@ -175,9 +175,10 @@ class ConformanceSession:
         if self._run.directory is not None and self._run.opened:
             terminalreporter.write_line(f"conformance record: {self._run.directory}")
 
-    def pytest_keyboard_interrupt(self) -> None:
+    def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
         """Keep what was judged so far."""
-        self._run.abort("interrupted by the user")
+        if excinfo.errisinstance(KeyboardInterrupt):
+            self._run.abort("interrupted by the user")
 
 
 def _what(item: pytest.Item) -> tuple[Requirement | None, Case | None]:

@@ -12,6 +12,7 @@ from conformance.wire.errors import WireError
 from conformance.wire.nmt import NmtState, decode_heartbeat
 
 TYPICAL_MS = 100
+NO_HEARTBEAT = "no heartbeat"
 
 
 class HeartbeatPort:
@@ -39,13 +40,7 @@ class HeartbeatPort:
 
     def collect(self, count: int, timeout_s: float) -> list[Stamped]:
         """Receive until ``count`` heartbeats came, or the time is over."""
-        link = self._node.link
-        mark = link.mark()
-        deadline = link.now() + timeout_s
-        while len(link.since(mark, self._node.is_error_control)) < count:
-            if link.recv(deadline) is None:
-                break
-        return link.since(mark, self._node.is_error_control)
+        return self._node.link.collect(count, timeout_s, self._node.is_error_control)
 
     def gaps_ms(self, count: int, period_ms: int) -> list[float]:
         """Return the intervals between ``count`` + 1 heartbeats, fewer when they stay away."""
@@ -64,7 +59,7 @@ class HeartbeatPort:
     def state_now(self) -> str:
         """Return the state that the third heartbeat from now reports; no SDO is needed."""
         seen = self.collect(3, self.typical_ms * 6 / 1000)
-        return state_of(seen[-1]) if len(seen) >= 3 else "no heartbeat"
+        return state_of(seen[-1]) if len(seen) >= 3 else NO_HEARTBEAT
 
 
 def state_of(heartbeat: Stamped) -> str:

@@ -159,6 +159,15 @@ class Link:
             pass
         return self.since(mark, match)
 
+    def collect(self, count: int, timeout_s: float, match: Match) -> list[Stamped]:
+        """Receive until ``count`` matching frames came, or the time is over."""
+        found: list[Stamped] = []
+        deadline = self.now() + timeout_s
+        while len(found) < count and (received := self.recv(deadline)) is not None:
+            if match(received.frame):
+                found.append(received)
+        return found
+
     def drain(self) -> None:
         """Take in what has arrived, without waiting."""
         while self.recv(self.now()) is not None:

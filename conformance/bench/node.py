@@ -9,9 +9,10 @@ from conformance.bench.link import Link, Stamped
 from conformance.bench.sdo import SdoPort, Transfer
 from conformance.bench.setup_client import SetupClient
 from conformance.errors import NodeTimeout, SetupRefused
-from conformance.spec.model import DeviceSpec, Entry, Key
+from conformance.spec.model import DeviceSpec, Entry, Key, address
 from conformance.wire import cob_id
 from conformance.wire.datatypes import Value
+from conformance.wire.errors import WireError
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtCommand, NmtRequest, encode_request
 from conformance.wire.sdo import InitiateUpload
@@ -31,15 +32,23 @@ class Node:
         spec: What the node is held against.
         channel: The node's SDO server.
         boot_up_timeout_s: Longest wait for a boot-up message.
+        alone: No other node is on the bus, or all may be disturbed.
     """
 
     def __init__(
-        self, link: Link, spec: DeviceSpec, channel: SdoChannel, boot_up_timeout_s: float
+        self,
+        link: Link,
+        spec: DeviceSpec,
+        channel: SdoChannel,
+        boot_up_timeout_s: float,
+        *,
+        alone: bool,
     ) -> None:
         self.link = link
         self.spec = spec
         self.node_id = spec.node_id
         self.boot_up_timeout_s = boot_up_timeout_s
+        self._alone = alone
         self.channel = channel
         self.sdo = SdoPort(channel)
         self._setup = SetupClient(channel)
@@ -50,12 +59,31 @@ class Node:
     # Set-up: what fails here makes the check inconclusive.
 
     def upload(self, index: int, sub: int = 0) -> bytes:
-        """Return what the node holds; for set-up, judges nothing."""
-        return self._setup.upload(index, sub)
+        """Return what the node holds; for set-up, judges nothing.
+
+        Octets beyond the documented type are dropped where the node does not say how many count.
+
+        Raises:
+            SetupRefused: The node aborted the upload, or its answer is no proper one.
+            NodeTimeout: It did not answer.
+        """
+        transfer = self.sdo.upload(index, sub)
+        what = f"node {self.node_id}: upload of {address(index, sub)}: {transfer}"
+        if not transfer.answered:
+            raise NodeTimeout(what)
+        if transfer.data is None:
+            raise SetupRefused(what)
+        entry = self.spec.entry(index, sub)
+        if not transfer.sized and entry is not None and entry.type.size is not None:
+            return transfer.data[: entry.type.size]
+        return transfer.data
 
     def value(self, index: int, sub: int = 0) -> Value:
         """Return what the node holds as a value of the documented type; for set-up."""
-        return self._entry(index, sub).type.decode(self.upload(index, sub))
+        try:
+            return self._entry(index, sub).type.decode(self.upload(index, sub))
+        except WireError as error:
+            raise SetupRefused(f"{address(index, sub)}: {error}, see OD-03") from error
 
     def number(self, index: int, sub: int = 0) -> int:
         """Return what the node holds as an integer; for set-up."""
@@ -93,11 +121,12 @@ class Node:
     def _remember(self, index: int, sub: int) -> None:
         entry = self.spec.entry(index, sub)
         if entry is None or entry.access == "wo" or entry.kind in ("command", "counter"):
-            keys = [(other, 0) for other in (entry.affects if entry else ())]
+            affected = (self.spec.entry(other) for other in (entry.affects if entry else ()))
+            keys = [other.key for other in affected if other is not None and not other.optional]
         else:
             keys = [(index, sub)]
         for key in keys:
-            self._undo.append((key, self._setup.upload(*key)))
+            self._undo.append((key, self.upload(*key)))
 
     # NMT
 
@@ -182,7 +211,9 @@ class Node:
         Raises:
             NodeTimeout: It does not answer.
         """
-        steps: list[Callable[[], None]] = [self.reset, self._reset_all]
+        steps: list[Callable[[], None]] = [self.reset]
+        if self._alone:
+            steps.append(self._reset_all)
         if self.link.rig is not None:
             steps.append(self.power_cycle)
         for step in steps:

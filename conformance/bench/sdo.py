@@ -40,6 +40,7 @@ class Transfer:
         fault: Silence or a violation of the protocol, in words.
         answered: The node sent a response, whatever it was worth.
         expedited: The data came in the initiate response.
+        sized: The upload said how many of its octets are data; an expedited one need not.
         announced: Octets announced by a segmented upload.
     """
 
@@ -48,6 +49,7 @@ class Transfer:
     fault: str = ""
     answered: bool = True
     expedited: bool = False
+    sized: bool = True
     announced: int | None = None
 
     @property
@@ -100,8 +102,8 @@ class SdoPort:
         match answer.response:
             case sdo.InitiateUploadReply(index=got, sub=got_sub) if (got, got_sub) != (index, sub):
                 return self._wrong_object(answer)
-            case sdo.InitiateUploadReply(expedited=True, data=data):
-                return Transfer(data, expedited=True)
+            case sdo.InitiateUploadReply(expedited=True, data=data, size=size):
+                return Transfer(data, expedited=True, sized=size is not None)
             case sdo.InitiateUploadReply(size=size):
                 return self._segments(size)
             case _:

@@ -78,7 +78,13 @@ class Bench:
         """Return the node for the next check."""
         self.link.forget()
         self.channel.begin()
-        return Node(self.link, self.spec, self.channel, self.definition.boot_up_timeout_s)
+        return Node(
+            self.link,
+            self.spec,
+            self.channel,
+            self.definition.boot_up_timeout_s,
+            alone="other-nodes" in self.definition.allow,
+        )
 
     def done(self, node: Node, *, doubtful: bool) -> None:
         """End a check: undo what it did and make sure that the node is still there.

@@ -53,7 +53,7 @@ class PumpedSdoClient(SdoClient):
 
 
 class SetupClient:
-    """Uploads and downloads for set-up.
+    """Downloads for set-up.
 
     Args:
         channel: The node's SDO server.
@@ -63,20 +63,6 @@ class SetupClient:
         self._client = PumpedSdoClient(channel)
         self._node_id = channel.node_id
         self._timeout_s = channel.timeout_s
-
-    def upload(self, index: int, sub: int) -> bytes:
-        """Return what the node holds.
-
-        Raises:
-            SetupRefused: The node aborted the transfer.
-            NodeTimeout: It did not answer, or not with an answer to this request.
-        """
-        try:
-            return bytes(self._client.upload(index, sub))
-        except SdoAbortedError as error:
-            raise SetupRefused(self._refused("upload", index, sub, error.code)) from error
-        except SdoCommunicationError as error:
-            raise NodeTimeout(self._silent("upload", index, sub, error)) from error
 
     def download(self, index: int, sub: int, data: bytes) -> None:
         """Write to the node.
@@ -88,18 +74,12 @@ class SetupClient:
         try:
             self._client.download(index, sub, data)
         except SdoAbortedError as error:
-            value = data.hex(" ").upper()
             raise SetupRefused(
-                f"{self._refused('download', index, sub, error.code)} (value {value})"
+                f"node {self._node_id} aborted download {address(index, sub)}: "
+                f"{describe(error.code)} (value {data.hex(' ').upper()})"
             ) from error
         except SdoCommunicationError as error:
-            raise NodeTimeout(self._silent("download", index, sub, error)) from error
-
-    def _refused(self, what: str, index: int, sub: int, code: int) -> str:
-        return f"node {self._node_id} aborted {what} {address(index, sub)}: {describe(code)}"
-
-    def _silent(self, what: str, index: int, sub: int, error: SdoCommunicationError) -> str:
-        return (
-            f"node {self._node_id}: no usable SDO response to {what} {address(index, sub)} "
-            f"within {self._timeout_s:g} s ({error})"
-        )
+            raise NodeTimeout(
+                f"node {self._node_id}: no usable SDO response to download {address(index, sub)} "
+                f"within {self._timeout_s:g} s ({error})"
+            ) from error

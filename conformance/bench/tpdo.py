@@ -1,16 +1,15 @@
-"""One TPDO of the node: configured by the procedure of CiA 301 v4.2.0, 7.5.2.36, and observed."""
+"""One TPDO of the node: configured by the procedure of CiA 301 v4.2.0, 7.5.2.37 and 7.5.2.38, and observed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 
 from conformance.bench.link import Stamped
 from conformance.bench.node import Node
 from conformance.errors import SetupRefused
 from conformance.spec.document import Tpdo
-from conformance.spec.model import Entry
-from conformance.wire.cob_id import CobId
+from conformance.spec.model import Entry, address
+from conformance.wire.cob_id import is_restricted
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtCommand
 from conformance.wire.pdo import MappingEntry
@@ -18,6 +17,8 @@ from conformance.wire.pdo import MappingEntry
 ASYNCHRONOUS = 254
 _COB_ID, _TYPE, _INHIBIT, _EVENT_TIMER = 1, 2, 3, 5
 _NOT_VALID = 1 << 31
+_EXTENDED = 1 << 29
+_CAN_ID = 0x7FF
 
 
 class TpdoPort:
@@ -33,30 +34,32 @@ class TpdoPort:
         self._node = node
         self._communication = tpdo.communication + number - 1
         self._mapping = tpdo.mapping + number - 1
-        self._can_id = CobId.from_word(self._word()).can_id
+        self._cob_id = self._usable(node.number(self._communication, _COB_ID))
+        self._can_id = self._cob_id & _CAN_ID
 
-    def _word(self) -> int:
-        return self._node.number(self._communication, _COB_ID)
+    def _usable(self, word: int) -> int:
+        """Return the COB-ID to try: the node's own, or the documented one if that is unusable."""
+        documented = self._node.spec.entry(self._communication, _COB_ID)
+        for candidate in (word, documented.default if documented else None):
+            if isinstance(candidate, int) and not (
+                candidate & _EXTENDED or is_restricted(candidate & _CAN_ID)
+            ):
+                return candidate
+        raise SetupRefused(
+            f"{address(self._communication, _COB_ID)} holds {word:08X}h, no usable COB-ID"
+        )
 
     def matches(self, frame: Frame) -> bool:
         """Tell whether a frame is on the TPDO's identifier."""
         return frame.can_id == self._can_id and not frame.remote and not frame.extended
 
-    @contextmanager
-    def disabled(self) -> Iterator[None]:
-        """Disable the TPDO for the steps in the block, then enable it."""
-        word = self._word()
-        self._node.download(self._communication, _COB_ID, word | _NOT_VALID)
-        yield
-        self._node.download(self._communication, _COB_ID, word & ~_NOT_VALID)
-
     def disable(self) -> None:
         """Set bit 31 of the COB-ID."""
-        self._node.download(self._communication, _COB_ID, self._word() | _NOT_VALID)
+        self._node.download(self._communication, _COB_ID, self._cob_id | _NOT_VALID)
 
     def enable(self) -> None:
         """Clear bit 31 of the COB-ID."""
-        self._node.download(self._communication, _COB_ID, self._word() & ~_NOT_VALID)
+        self._node.download(self._communication, _COB_ID, self._cob_id & ~_NOT_VALID)
 
     def configure(
         self, transmission_type: int, *, event_ms: int = 0, mapped: Sequence[Entry] = ()
@@ -68,13 +71,14 @@ class TpdoPort:
             event_ms: Event timer; 0 switches it off.
             mapped: Objects to map; the mapping stays as it is when empty.
         """
-        with self.disabled():
-            self._node.download(self._communication, _TYPE, transmission_type)
-            if self._node.spec.entry(self._communication, _INHIBIT) is not None:
-                self._node.download(self._communication, _INHIBIT, 0)
-            self._node.download(self._communication, _EVENT_TIMER, event_ms)
-            if mapped:
-                self._map(mapped)
+        self.disable()
+        self._node.download(self._communication, _TYPE, transmission_type)
+        if self._node.spec.entry(self._communication, _INHIBIT) is not None:
+            self._node.download(self._communication, _INHIBIT, 0)
+        self._node.download(self._communication, _EVENT_TIMER, event_ms)
+        if mapped:
+            self._map(mapped)
+        self.enable()
 
     def _map(self, mapped: Sequence[Entry]) -> None:
         self._node.download(self._mapping, 0, 0)
@@ -85,24 +89,13 @@ class TpdoPort:
             self._node.download(self._mapping, place, word)
         self._node.download(self._mapping, 0, len(mapped))
 
-    def mapping(self) -> list[MappingEntry]:
-        """Return the mapping as the node holds it."""
-        count = self._node.number(self._mapping, 0)
-        words = (self._node.number(self._mapping, place) for place in range(1, count + 1))
-        return [MappingEntry.from_word(word) for word in words if word]
-
     def listen(self, duration_s: float) -> list[Stamped]:
         """Receive for a while and return this TPDO's frames."""
         return self._node.link.listen(duration_s, self.matches)
 
     def collect(self, count: int, timeout_s: float) -> list[Stamped]:
         """Receive until ``count`` frames of this TPDO came, or the time is over."""
-        mark = self._node.link.mark()
-        deadline = self._node.link.now() + timeout_s
-        while len(self._node.link.since(mark, self.matches)) < count:
-            if self._node.link.recv(deadline) is None:
-                break
-        return self._node.link.since(mark, self.matches)
+        return self._node.link.collect(count, timeout_s, self.matches)
 
     def start(self) -> None:
         """Enter NMT state Operational."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 from conformance.effects import Effect
 from conformance.requirements import Case, Cases
@@ -28,13 +29,21 @@ def entries(
 
 
 def reach(entry: Entry, spec: DeviceSpec) -> tuple[Effect, ...]:
-    """Return what a download to an entry does to the way the node is reached."""
+    """Return what a download to an entry does beyond changing its value until the next reset.
+
+    A command may keep what it did for good: whether it does is mostly not documented.
+    """
     services = spec.services
     if services.node_id is not None and entry.index == services.node_id.object:
         return ("node-id",)
     if services.bitrate is not None and entry.index == services.bitrate.object:
         return ("bitrate",)
-    return ()
+    return ("non-volatile",) if entry.affects else ()
+
+
+def moves_the_node(entry: Entry, spec: DeviceSpec) -> bool:
+    """Tell whether a download to an entry may change the node-ID or bit rate at once."""
+    return bool({"node-id", "bitrate"} & set(reach(entry, spec)))
 
 
 def service_objects(services: Services) -> set[int]:
@@ -64,19 +73,31 @@ def present(entry: Entry, spec: DeviceSpec) -> bool:
     return not entry.optional and not entry.reserved
 
 
+def is_history(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick the entries of the error history: without an error they need not hold anything."""
+    emcy = spec.services.emcy_producer
+    return emcy is not None and entry.index == emcy.history and entry.sub > 0
+
+
 def readable(entry: Entry, spec: DeviceSpec) -> bool:
     """Pick what an upload must be able to read."""
-    return present(entry, spec) and entry.readable
+    return present(entry, spec) and entry.readable and not is_history(entry, spec)
 
 
 def writable(entry: Entry, spec: DeviceSpec) -> bool:
-    """Pick what accepts its own value without any further effect."""
-    return present(entry, spec) and entry.access == "rw" and entry.kind == "config"
+    """Pick what accepts its own value without any further effect.
+
+    The number of mapped objects is left out: a factory setting may count empty mapping entries, and
+    a node may refuse to be told so.
+    """
+    counts_mapping = is_mapping(entry, spec) and entry.sub == 0
+    is_setting = entry.access == "rw" and entry.kind == "config" and not counts_mapping
+    return present(entry, spec) and is_setting
 
 
 def read_only(entry: Entry, spec: DeviceSpec) -> bool:
     """Pick what no download may change."""
-    return present(entry, spec) and entry.access in ("ro", "const")
+    return readable(entry, spec) and entry.access in ("ro", "const")
 
 
 def write_only(entry: Entry, spec: DeviceSpec) -> bool:
@@ -112,32 +133,65 @@ def limited(entry: Entry, spec: DeviceSpec) -> bool:
     )
 
 
-def legal_values(entry: Entry, ranges: tuple[Range, ...]) -> list[int]:
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Ranges of an entry, for those that depend on another one at one of its values.
+
+    Args:
+        setting: The other entry's value; None where there is no other.
+        ranges: As judged.
+        readings: As every reading has them, the judged one included.
+    """
+
+    setting: int | None
+    ranges: tuple[Range, ...]
+    readings: tuple[tuple[Range, ...] | None, ...]
+
+
+def limits(entry: Entry) -> list[Limits]:
+    """Return an entry's ranges, one set per value of the entry they depend on."""
+    if entry.limits_by is None:
+        readings = tuple(reading.legal for reading in entry.readings)
+        return [Limits(None, entry.legal or (), readings)]
+    return [
+        Limits(setting, ranges, tuple(_limits_at(reading, setting) for reading in entry.readings))
+        for setting, ranges in entry.limits_by.ranges.items()
+    ]
+
+
+def _limits_at(entry: Entry, setting: int) -> tuple[Range, ...] | None:
+    if entry.limits_by is None:
+        return entry.legal
+    return entry.limits_by.ranges.get(setting, entry.legal)
+
+
+def legal_values(limit: Limits) -> list[int]:
     """Return both edges of every range that are legal under every reading, ascending."""
-    edges = {edge for interval in ranges for edge in interval}
+    edges = {edge for interval in limit.ranges for edge in interval}
     return sorted(
-        edge for edge in edges if all(is_legal(edge, other.legal) for other in entry.readings)
+        edge for edge in edges if all(is_legal(edge, ranges) for ranges in limit.readings)
     )
 
 
-def illegal_values(entry: Entry, ranges: tuple[Range, ...]) -> list[int]:
+def illegal_values(entry: Entry, limit: Limits) -> list[int]:
     """Return values just outside every range and the type's extremes, illegal in every reading."""
     low, high = entry.type.minimum, entry.type.maximum
-    near = {value for first, last in ranges for value in (first - 1, last + 1)} | {low, high}
-    others = [ranges, *(a.entry.legal for a in entry.alternatives)]
+    near = {value for first, last in limit.ranges for value in (first - 1, last + 1)}
     return sorted(
         value
-        for value in near
-        if low <= value <= high and not any(is_legal(value, other) for other in others)
+        for value in near | {low, high}
+        if low <= value <= high and not any(is_legal(value, ranges) for ranges in limit.readings)
     )
 
 
 def has_illegal_values(entry: Entry, spec: DeviceSpec) -> bool:
     """Pick what has a range narrower than its type."""
-    if not limited(entry, spec):
-        return False
-    by = entry.limits_by.ranges.values() if entry.limits_by else ()
-    return any(illegal_values(entry, ranges) for ranges in (entry.legal or (), *by) if ranges)
+    return limited(entry, spec) and any(illegal_values(entry, limit) for limit in limits(entry))
+
+
+def same_type(entry: Entry) -> bool:
+    """Tell whether every reading gives the entry the same type."""
+    return {reading.type for reading in entry.readings} == {entry.type}
 
 
 REFUSED_WRITE = (

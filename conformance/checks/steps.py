@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from conformance.bench.node import Node
 from conformance.bench.tpdo import TpdoPort
-from conformance.checks.cases import is_mapping, is_pdo_object
+from conformance.checks.cases import Limits, is_mapping, is_pdo_object, legal_values, limits
 from conformance.errors import NodeTimeout, SetupRefused
 from conformance.spec.document import Tpdo
-from conformance.spec.model import Entry, Range, address
+from conformance.spec.model import Entry, address, is_legal
 
 COB_ID_SUB = 1
 
@@ -55,15 +55,20 @@ def require_writable(node: Node, entry: Entry) -> None:
         raise SetupRefused(f"{entry.address} does not take its own value ({transfer}), see OD-04")
 
 
-def each_limit(node: Node, entry: Entry) -> Iterator[tuple[str, tuple[Range, ...]]]:
-    """Return the entry's ranges; those that depend on another object with that object set."""
-    if entry.limits_by is None:
-        yield "", entry.legal or ()
-        return
-    index, sub = entry.limits_by.key
-    for setting, ranges in entry.limits_by.ranges.items():
-        node.download(index, sub, setting)
-        yield f" with {address(index, sub)} = {setting}", ranges
+def each_limit(node: Node, entry: Entry) -> Iterator[tuple[str, Limits]]:
+    """Return the entry's ranges; those that depend on another entry with that entry set."""
+    every = limits(entry)
+    if entry.limits_by is not None:
+        always = [v for v in legal_values(every[0]) if all(is_legal(v, x.ranges) for x in every)]
+        if always:
+            node.download(entry.index, entry.sub, always[0])
+    for limit in every:
+        when = ""
+        if entry.limits_by is not None and limit.setting is not None:
+            index, sub = entry.limits_by.key
+            node.download(index, sub, limit.setting)
+            when = f" with {address(index, sub)} = {limit.setting}"
+        yield when, limit
 
 
 def tpdo_service(node: Node) -> Tpdo:

@@ -44,7 +44,7 @@ def start(node: Node, way: str) -> int:
 
 
 @requirement(
-    "BOOT-01", level="manual", cases=("way", starts), source=f"{CIA301}, 7.2.8.3.3", effects=()
+    "BOOT-01", level="shall", cases=("way", starts), source=f"{CIA301}, 7.2.8.3.3", effects=()
 )
 def test_one_boot_up_message_per_start(node: Node, way: str, verdict: Verdict) -> None:
     """After each start the node sends exactly one boot-up message, one octet 00h."""
@@ -58,7 +58,7 @@ def test_one_boot_up_message_per_start(node: Node, way: str, verdict: Verdict) -
 
 
 @requirement(
-    "BOOT-02", level="manual", cases=("way", starts), source=f"{CIA301}, 7.3.2.2", effects=()
+    "BOOT-02", level="shall", cases=("way", starts), source=f"{CIA301}, 7.3.2.2", effects=()
 )
 def test_state_after_start(
     node: Node, heartbeat: HeartbeatPort, way: str, spec: DeviceSpec, verdict: Verdict

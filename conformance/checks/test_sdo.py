@@ -66,8 +66,7 @@ def _one_per_size(spec: DeviceSpec) -> Iterable[Case]:
     for entry in spec.entries.values():
         size = entry.type.size
         plain = cases.writable(entry, spec) and not cases.is_pdo_object(entry, spec)
-        agreed = {reading.type for reading in entry.readings} == {entry.type}
-        if plain and agreed and size not in seen and not cases.reach(entry, spec):
+        if plain and cases.same_type(entry) and size not in seen and not cases.reach(entry, spec):
             seen.add(size)
             yield Case(entry.address, entry, entry.source_of("type"))
 
@@ -159,7 +158,7 @@ def test_client_abort_ends_the_transfer(node: Node, entry: Entry, verdict: Verdi
     )
 
 
-@requirement("SDO-06", level="shall", cases=entries(_longer_than_one_frame), source=f"{SDO}.6")
+@requirement("SDO-06", level="shall", cases=entries(_longer_than_one_frame), source=f"{SDO}.7")
 def test_wrong_toggle_bit_is_aborted(node: Node, entry: Entry, verdict: Verdict) -> None:
     """A segment request with the wrong toggle bit is aborted; the next transfer is served."""
     _begin_segments(node, entry)

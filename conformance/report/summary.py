@@ -96,6 +96,10 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     _reasons(f"{_many(len(undecided), 'item')} could not be decided:", undecided, terminal)
     skipped = [item for item in results.items if item.verdict == "skipped"]
     _skipped(skipped, terminal)
+    not_judged = results.run.get("not_judged")
+    if isinstance(not_judged, list) and not_judged:
+        words = ", ".join(str(name).replace("_", " ") for name in not_judged)
+        terminal.say(f"documented, but not judged by these checks: {words}")
     terminal.say()
     if results.aborted:
         terminal.say(f"The run ended early: {results.aborted}", style="bold yellow")

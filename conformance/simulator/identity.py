@@ -118,8 +118,10 @@ def _remember_at(memory: NonVolatileMemory, entry: Entry) -> Callable[[Value], N
 
 
 def _switch(node: Node, entry: Entry, use: Callable[[int], None]) -> Callable[[Value], None]:
-    def switch(value: Value) -> None:
-        number = bits_per_second(entry, int(value))
-        node.agenda.after(SWITCH_DELAY_NS, lambda: use(number))
+    def due() -> None:
+        use(bits_per_second(entry, node.dictionary.number(*entry.key)))
+
+    def switch(_value: Value) -> None:
+        node.agenda.after(SWITCH_DELAY_NS, due)
 
     return switch

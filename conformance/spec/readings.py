@@ -55,8 +55,12 @@ def changes_of(ambiguities: Sequence[Ambiguity], numbers: Sequence[int]) -> dict
 
 def touched_objects(changes: Mapping[str, Any]) -> list[int]:
     """Return the indices of the objects that a reading changes."""
-    paths = (parse_path(text) for text in changes)
-    return sorted({path[1] for path in paths if path[0] == "objects" and isinstance(path[1], int)})
+    indices = set()
+    for text in changes:
+        match parse_path(text):
+            case ("objects", int(index), *_):
+                indices.add(index)
+    return sorted(indices)
 
 
 def touches_services(changes: Mapping[str, Any]) -> bool:

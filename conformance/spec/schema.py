@@ -37,7 +37,8 @@ class _Generator(GenerateJsonSchema):
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a device spec file."""
-    return SpecDocument.model_json_schema(schema_generator=_Generator)
+    schema = SpecDocument.model_json_schema(schema_generator=_Generator)
+    return {**schema, "title": "CANopen device spec"}
 
 
 def write(path: Path) -> None:

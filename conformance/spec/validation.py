@@ -23,6 +23,7 @@ _EXPECTED = {
     "string_type": "a text",
     "invalid_key": "a text",
     "string_too_short": "at least {min_length} characters",
+    "string_pattern_mismatch": "a text of the form {pattern}",
     "string_too_long": "at most {max_length} characters",
     "bool_type": "true or false",
     "list_type": "a list",

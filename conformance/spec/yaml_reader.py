@@ -172,17 +172,13 @@ class _Builder:
         if isinstance(event, MappingStartEvent):
             return self._mapping(events, path)
         items: list[Any] = []
-        for item in events:
-            if isinstance(item, SequenceEndEvent):
-                break
+        while not isinstance(item := next(events), SequenceEndEvent):
             items.append(self._value(item, events, (*path, len(items))))
         return items
 
     def _mapping(self, events: Iterator[Event], path: Path_) -> dict[Any, Any]:
         result: dict[Any, Any] = {}
-        for event in events:
-            if isinstance(event, MappingEndEvent):
-                break
+        while not isinstance(event := next(events), MappingEndEvent):
             key = self._key(event, path)
             below = (*path, key)
             line = event.start_mark.line + 1

@@ -161,7 +161,9 @@ class _VisibleString:
 
     def encode(self, name: str, value: Value) -> bytes:
         if not isinstance(value, str) or not _is_visible(value):
-            raise WireError(f"{name}: expected text of characters 00h and 20h to 7Eh, got {value!r}")
+            raise WireError(
+                f"{name}: expected text of characters 00h and 20h to 7Eh, got {value!r}"
+            )
         return value.encode("ascii")
 
     def decode(self, name: str, data: bytes) -> Value:

@@ -37,7 +37,7 @@ what: python-canopen's LocalNode in this process.
 interface: virtual
 channel: {channel}
 power: none
-allow: [reads, writes, resets, restores, non-volatile]
+allow: [reads, writes, resets, restores, non-volatile, other-nodes]
 sdo_timeout_s: 2
 boot_up_timeout_s: 0.5
 """

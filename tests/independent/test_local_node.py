@@ -29,7 +29,7 @@ SELECT = (
 )
 
 NUMBERS_OF_FEW = {
-    "3100h:01", "3100h:02", "3110h:01", "3110h:02",
+    "3100h:01", "3100h:02", "3110h:01", "3110h:02", "3111h",
     "3112h:01", "3112h:02", "3112h:03", "3112h:04", "3120h:01", "3200h",
 }  # fmt: skip
 """Objects with a range or enumeration narrower than their type under every reading."""
@@ -52,8 +52,9 @@ DEVIATIONS = {
     # 000#013200 starts the node; LocalNode unpacks the first two octets and ignores the length.
     # (Of 0 and 1 octet it cannot unpack two: an exception inside, no change of state.)
     "NMT-04": {"3-octets", "8-octets"},
-    # 3100h:02 is changed to 0, and is 0 after 000#8132: the reset touches no object.
-    "NMT-06": {"reset-node/application"},
+    # 3112h:01 is changed to 127 and is 127 after 000#8132, 1017h is changed to FFFFh and is FFFFh
+    # after 000#8132 and after 000#8232: the reset touches no object.
+    "NMT-06": {"reset-node/application", "reset-node/communication", "reset-communication"},
     # 632#2F003101FF… is confirmed by 5B2#60…: `min` and `max` of an ODVariable are for its user,
     # set_data compares the length and nothing else.
     "OD-13": NUMBERS_OF_FEW,
