@@ -153,9 +153,9 @@ class Run:
 
     def selects(self, requirement: Requirement, case: Case) -> bool:
         """Tell whether the user's selection includes an item."""
-        identifier = self.item_id(requirement, case).lower()
+        identifier = self.item_id(requirement, case)
         return self._selection is None or self._selection.evaluate(
-            lambda part, /, **_: part.lower() in identifier
+            lambda part, /, **_: part in identifier
         )
 
     # While it runs

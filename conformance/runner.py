@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 from pathlib import Path
@@ -44,6 +45,8 @@ def run(run: Run) -> int:
     Raises:
         SpecError: No check matches the selection.
     """
+    for library in ("can", "canopen"):
+        logging.getLogger(library).setLevel(logging.CRITICAL)  # what matters comes as an exception
     attach = _Attach(run)
     progress = Progress(run)
     run.progress = progress.item

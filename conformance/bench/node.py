@@ -68,12 +68,13 @@ class Node:
             NodeTimeout: It did not answer.
         """
         transfer = self.sdo.upload(index, sub)
-        what = f"node {self.node_id}: upload of {address(index, sub)}: {transfer}"
+        entry = self.spec.entry(index, sub)
+        name = entry.address if entry is not None else address(index, sub)
+        what = f"node {self.node_id}: upload of {name}: {transfer}"
         if not transfer.answered:
             raise NodeTimeout(what)
         if transfer.data is None:
             raise SetupRefused(what)
-        entry = self.spec.entry(index, sub)
         if not transfer.sized and entry is not None and entry.type.size is not None:
             return transfer.data[: entry.type.size]
         return transfer.data

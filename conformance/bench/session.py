@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -54,8 +53,6 @@ class Bench:
         Raises:
             BenchError: The interface cannot be opened.
         """
-        logging.getLogger("canopen").setLevel(logging.CRITICAL)
-        logging.getLogger("can").setLevel(logging.CRITICAL)
         arguments = {
             "interface": definition.interface,
             "channel": definition.channel,

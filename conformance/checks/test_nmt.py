@@ -132,7 +132,7 @@ def test_command_of_wrong_length_is_ignored(
 
 
 def _unknown(spec: DeviceSpec) -> Iterable[Case]:
-    for command in (0x00, 0x03, 0x7F, 0x83):
+    for command in (0x00, 0x03, 0x50, 0x60, 0x7F, 0x83):
         yield Case(
             f"{command:02X}h",
             Frame(cob_id.NMT, bytes((command, spec.node_id))),
@@ -169,16 +169,17 @@ class Reset(NamedTuple):
 
 
 def _resets(spec: DeviceSpec) -> Iterable[Case]:
-    areas = {
-        "reset-node/application": (NmtCommand.RESET_NODE, range(0x2000, 0xA000)),
-        "reset-node/communication": (NmtCommand.RESET_NODE, range(0x1000, 0x2000)),
-        "reset-communication": (NmtCommand.RESET_COMMUNICATION, range(0x1000, 0x2000)),
-    }
-    for label, (command, area) in areas.items():
+    areas = (
+        (NmtCommand.RESET_NODE, range(0x2000, 0xA000)),
+        (NmtCommand.RESET_NODE, range(0x1000, 0x2000)),
+        (NmtCommand.RESET_COMMUNICATION, range(0x1000, 0x2000)),
+    )
+    for command, area in areas:
         found = [entry for entry in spec.entries.values() if _changeable(entry, spec, area)]
         # a plain number rather than a choice, which may do more than it says
         for entry in sorted(found, key=lambda entry: entry.values is not None)[:1]:
-            yield Case(label, Reset(command, entry), spec.services.nmt.source)
+            word = command.name.lower().replace("_", "-")
+            yield Case(f"{word}/{entry.address}", Reset(command, entry), spec.services.nmt.source)
 
 
 def _changeable(entry: Entry, spec: DeviceSpec, area: range) -> bool:
@@ -203,8 +204,9 @@ def test_reset_returns_unsaved_settings(node: Node, reset: Reset, verdict: Verdi
     node.reset(reset.command)
     before = own_value(node, entry)
     for value in cases.legal_values(cases.limits(entry)[0]):
-        if entry.type.encode(value) != before:
-            node.download(entry.index, entry.sub, value)
+        data = entry.type.encode(value)
+        if data != before and node.try_download(entry.index, entry.sub, data).confirmed:
+            break
     if own_value(node, entry) == before:
         raise SetupRefused(f"{entry.address} keeps its value, see OD-12")
 

@@ -126,12 +126,11 @@ def test_accepted_value_is_read_back(node: Node, entry: Entry, verdict: Verdict)
             data = entry.type.encode(value)
             if not node.try_download(entry.index, entry.sub, data).confirmed:
                 raise SetupRefused(f"{entry.address} refuses {value}{when}, see OD-11")
-            transfer = node.sdo.upload(entry.index, entry.sub)
-            verdict.holds(
+            verdict.equal(
                 f"upload of {entry.address} after download of {value}{when}",
-                expected=f"confirmed ({data.hex(' ').upper()})",
-                actual=str(transfer),
-                ok=transfer.data == data,
+                node.upload(entry.index, entry.sub),
+                data,
+                show=lambda octets: octets.hex(" ").upper(),
             )
 
 

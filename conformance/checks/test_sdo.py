@@ -147,7 +147,14 @@ def test_client_abort_ends_the_transfer(node: Node, entry: Entry, verdict: Verdi
     _begin_segments(node, entry)
 
     node.sdo.abort(entry.index, entry.sub, CLIENT_ABORT)
+    answer = node.sdo.ask(sdo.UploadSegment(toggle=False))
 
+    verdict.holds(
+        "response to a segment request after the abort",
+        expected="an abort, or none",
+        actual=_words(answer),
+        ok=answer.received is None or isinstance(answer.response, sdo.Abort),
+    )
     _judge_recovery(node, verdict)
     transfer = node.sdo.upload(entry.index, entry.sub)
     verdict.holds(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from typing import Protocol, Self
 
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
@@ -12,7 +13,8 @@ from conformance.report.console import Terminal, console
 from conformance.report.junit import explain
 from conformance.report.results import VERDICTS, Item, Results
 
-MOST_SHOWN = 20
+MOST_NAMED = 20
+MOST_OF_ONE = 3
 HEADLINES = {
     "conforms": ("CONFORMS", "bold green"),
     "deviates": ("DEVIATES", "bold red"),
@@ -90,10 +92,12 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     terminal.say(f"judged against {device['manual']}")
     terminal.say()
     _table(results, terminal)
-    _items(f"{_many(len(results.deviations()), 'deviation')}:", results.deviations(), terminal)
-    _items(f"{_many(len(results.remarks()), 'remark')}:", results.remarks(), terminal)
+    deviations, remarks = results.deviations(), results.remarks()
+    _grouped(f"{_many(len(deviations), 'deviation')}:", deviations, explain, terminal)
+    _grouped(f"{_many(len(remarks), 'remark')}:", remarks, explain, terminal)
     undecided = [item for item in results.items if item.verdict == "inconclusive"]
-    _reasons(f"{_many(len(undecided), 'item')} could not be decided:", undecided, terminal)
+    title = f"{_many(len(undecided), 'item')} could not be decided:"
+    _grouped(title, undecided, _reason, terminal)
     skipped = [item for item in results.items if item.verdict == "skipped"]
     _skipped(skipped, terminal)
     not_judged = results.run.get("not_judged")
@@ -119,29 +123,26 @@ def _table(results: Results, terminal: Terminal) -> None:
         terminal.table(("service", *(_word(v) for v in VERDICTS)), rows)
 
 
-def _items(title: str, items: list[Item], terminal: Terminal) -> None:
+def _grouped(
+    title: str, items: list[Item], show: Callable[[Item], str], terminal: Terminal
+) -> None:
+    """Print items, the first few of each requirement."""
     if not items:
         return
     terminal.say()
     terminal.say(title, style="bold")
-    for item in items[:MOST_SHOWN]:
-        terminal.say(explain(item))
-    _more(items, terminal)
+    for requirement in dict.fromkeys(item.requirement for item in items):
+        group = [item for item in items if item.requirement == requirement]
+        for item in group[:MOST_OF_ONE]:
+            terminal.say(show(item))
+        others = [item.object for item in group[MOST_OF_ONE:]]
+        if others:
+            named = ", ".join(others[:MOST_NAMED]) + (", …" if len(others) > MOST_NAMED else "")
+            terminal.say(f"… and {len(others)} more of {requirement}: {named}")
 
 
-def _reasons(title: str, items: list[Item], terminal: Terminal) -> None:
-    if not items:
-        return
-    terminal.say()
-    terminal.say(title, style="bold")
-    for item in items[:MOST_SHOWN]:
-        terminal.say(f"{item.id}: {item.reason}")
-    _more(items, terminal)
-
-
-def _more(items: list[Item], terminal: Terminal) -> None:
-    if len(items) > MOST_SHOWN:
-        terminal.say(f"… and {len(items) - MOST_SHOWN} more in results.json")
+def _reason(item: Item) -> str:
+    return f"{item.id}: {item.reason}"
 
 
 def _skipped(items: list[Item], terminal: Terminal) -> None:

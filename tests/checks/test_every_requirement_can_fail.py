@@ -50,7 +50,7 @@ FAULTS = {
     "TPDO-04": "tpdo-bit-31-ignored",
     "TPDO-05": "tpdo-short",
 }
-BY_A_CHANGED_SPEC = {"OD-01", "OD-02", "OD-03", "OD-04", "OD-11"}
+BY_A_CHANGED_SPEC = {"OD-01", "OD-02", "OD-03", "OD-04", "OD-11", "TPDO-06"}
 """Seen failing in `test_seeded_defects.py`."""
 
 

@@ -69,6 +69,10 @@ SPEC_CHANGES = {
         replaced(("0x20FF", "type: UNSIGNED16", "type: UNSIGNED32")),
         {"OD-03/20FFh"},
     ),
+    "a mappable object that is not": (
+        replaced(("0x3022", "mappable: true", "mappable: false")),
+        {"TPDO-06/3022h"},
+    ),
     "a missing object": (removed("0x3022"), {"OD-01/3022h"}),
     "an extra sub-index": (
         replaced(
@@ -76,8 +80,10 @@ SPEC_CHANGES = {
             (
                 "0x2020",
                 "      1:\n",
-                "      2:\n        name: Extra\n        type: UNSIGNED8\n        access: ro\n"
-                "        kind: live\n      1:\n",
+                (
+                    "      2:\n        name: Extra\n        type: UNSIGNED8\n"
+                    "        access: ro\n        kind: live\n      1:\n"
+                ),
             ),
         ),
         {"OD-09/2020h:00", "OD-16/2020h"},

@@ -37,9 +37,9 @@ NUMBERS_OF_FEW = {
 VARIABLES = {
     "1000h", "1001h", "1005h", "1008h", "1009h", "100Ah", "1014h", "1017h", "2001h",
     "2002h", "20FFh", "3011h", "3012h", "3013h", "3021h", "3022h", "3023h", "3111h",
-    "3200h", "3210h", "3220h", "6000h", "6110h", "6111h", "6120h", "6121h", "6511h",
+    "3210h", "3220h", "6000h", "6110h", "6111h", "6120h", "6121h", "6511h",
 }  # fmt: skip
-"""Objects without sub-indices."""
+"""Readable objects without sub-indices."""
 
 DEVIATIONS = {
     # 000#8132 (and 8232) is followed by silence: LocalNode takes note of state 0 and stays there;
@@ -52,14 +52,19 @@ DEVIATIONS = {
     # 000#013200 starts the node; LocalNode unpacks the first two octets and ignores the length.
     # (Of 0 and 1 octet it cannot unpack two: an exception inside, no change of state.)
     "NMT-04": {"3-octets", "8-octets"},
+    # 000#5032 and 000#6032 (80 and 96, which CiA 301 reserves) make it report states of those names.
+    "NMT-05": {"50h", "60h"},
+    # After 632#80081000… the segment request 6000… is still answered with data: the server knows
+    # no end of a transfer.
+    "SDO-05": {"1008h", "2000h:03"},
     # 3112h:01 is changed to 127 and is 127 after 000#8132, 1017h is changed to FFFFh and is FFFFh
     # after 000#8132 and after 000#8232: the reset touches no object.
-    "NMT-06": {"reset-node/application", "reset-node/communication", "reset-communication"},
+    "NMT-06": {"reset-node/3112h:01", "reset-node/1017h", "reset-communication/1017h"},
     # 632#2F003101FF… is confirmed by 5B2#60…: `min` and `max` of an ODVariable are for its user,
     # set_data compares the length and nothing else.
     "OD-13": NUMBERS_OF_FEW,
     # 632#40001001… is answered with the value of 1000h:00: for an object without sub-indices
-    # _find_object forgets the sub-index. (3200h is write-only: aborted, but for being that.)
+    # _find_object forgets the sub-index.
     "OD-16": VARIABLES,
     # 000#0132, then 632#23051000… is confirmed: set_data looks at no state.
     "OD-18": {"1005h"},
@@ -101,17 +106,10 @@ def _objects(record: Record, verdict: str) -> dict[str, set[str]]:
 
 def test_each_deviation_is_found_and_no_other(record: Record) -> None:
     failed = _objects(record, "fail")
-    failed.pop("HB-04", None)  # judged on its own below
+    # 632#2B17100005… is confirmed and heartbeats come every 5 ms. Nearer to the documented 10 ms
+    # a busy machine may make the thread slow enough.
+    assert {f"1017h/{n}ms" for n in range(1, 6)} <= failed.pop("HB-04")
     assert failed == DEVIATIONS
-
-
-@pytest.mark.xfail(
-    reason="HB-04 fails a device that follows reading 3 of IMS-62, which is judged by either",
-    raises=AssertionError,
-    strict=True,
-)
-def test_fast_heartbeats_are_allowed_by_a_reading(record: Record) -> None:
-    assert "HB-04" not in _objects(record, "fail")
 
 
 def test_what_is_undecided_follows_from_a_deviation(record: Record) -> None:

@@ -214,7 +214,11 @@ def flow(value: Any) -> str:
         return "[" + ", ".join(map(flow, value)) + "]"
     if isinstance(value, str):
         return '"' + "".join(f"\\U{ord(character):08X}" for character in value) + '"'
-    return {None: "null", True: "true", False: "false"}.get(value, str(value))
+    return "null" if value is None else str(value).lower()
+
+
+def test_a_good_spec_on_one_line_is_good(good_data: Any, problems: Problems) -> None:
+    assert problems(flow(good_data)) == []
 
 
 @settings(deadline=None, max_examples=200)
