@@ -7,6 +7,7 @@ several documents in one file are refused: a spec is read by people.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -34,6 +35,7 @@ Path_: TypeAlias = tuple[Hashable, ...]
 MOST_BYTES = 1_000_000
 MOST_LEVELS = 16
 _MOST_SHOWN = 60
+_SURROGATE = re.compile("[\ud800-\udfff]")
 _INTEGERS = range(-(2**63), 2**64)
 _INTEGER = "tag:yaml.org,2002:int"
 _FLOAT = "tag:yaml.org,2002:float"
@@ -221,7 +223,7 @@ class _Builder:
         if tag == _BOOLEAN:
             return bool(text.lower() == "true")
         if tag not in (_INTEGER, _FLOAT):
-            if any("\ud800" <= character <= "\udfff" for character in text):
+            if _SURROGATE.search(text):
                 self._refuse(event, path, f"expected Unicode text, got {shown(text)}")
             return str(text)
         number = _number(text.replace("_", ""), tag)

@@ -10,13 +10,10 @@ from typing import Any
 import can
 import pytest
 
-from conformance.bench import session
 from conformance.errors import BenchError
 from conformance.run import Run, RunOptions
 from conformance.runner import run
 from conformance.simulator.interface import SimulatorBus
-
-open_bus = can.Bus
 
 
 class PulledPlug(SimulatorBus):
@@ -61,7 +58,7 @@ def test_a_pulled_plug_ends_the_run_with_one_sentence(
         bus.failing = failing
         return bus
 
-    monkeypatch.setattr(session.can, "Bus", opened)
+    monkeypatch.setattr(can, "Bus", opened)
 
     code = run(Run(RunOptions("siko_ims360", report_dir=tmp_path)))
 
