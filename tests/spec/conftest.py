@@ -5,6 +5,7 @@ A line that a test changes carries a mark, a comment ``#1``, ``#2``, …; an exp
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -194,7 +195,7 @@ def problems(tmp_path: Path) -> Problems:
     def find(text: str) -> list[str]:
         path = tmp_path / "spec.yaml"
         path.write_text(text, encoding="utf-8", newline="")
-        return [str(p).removeprefix(f"{tmp_path}/") for p in find_problems(path)[1]]
+        return [str(p).removeprefix(f"{tmp_path}{os.sep}") for p in find_problems(path)[1]]
 
     return find
 
