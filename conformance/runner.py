@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 import os
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
@@ -24,7 +26,6 @@ class _Attach:
 
     def __init__(self, run: Run) -> None:
         self._run = run
-        self.collected = 0
         self.errors: list[str] = []
 
     @pytest.hookimpl(tryfirst=True)
@@ -34,9 +35,6 @@ class _Attach:
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:
             self.errors.append(report.longreprtext)
-
-    def pytest_collection_finish(self, session: pytest.Session) -> None:
-        self.collected = len(session.items)
 
 
 def run(run: Run) -> int:
@@ -50,9 +48,6 @@ def run(run: Run) -> int:
     attach = _Attach(run)
     progress = Progress(run)
     run.progress = progress.item
-    # Only what a run needs is loaded: the user's other plug-ins and settings change no verdict.
-    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
-    os.environ.pop("PYTEST_ADDOPTS", None)
     plugins = ["conformance.plugin", "pytest_timeout", "no:terminal", "no:cacheprovider"]
     arguments = [
         *(f"-p{name}" for name in plugins),
@@ -62,12 +57,8 @@ def run(run: Run) -> int:
         run.options.device,
         str(CHECKS),
     ]
-    previous = signal.signal(signal.SIGTERM, _interrupt)
-    try:
-        with progress:
-            pytest.main(arguments, plugins=[attach])
-    finally:
-        signal.signal(signal.SIGTERM, previous)
+    with _undisturbed(), progress:
+        pytest.main(arguments, plugins=[attach])
     if not run.opened:
         if run.options.select and not attach.errors:
             raise SpecError(
@@ -76,6 +67,24 @@ def run(run: Run) -> int:
         raise RuntimeError("\n".join(attach.errors) or "the checks did not start")
     print_summary(run.results, str(run.directory), console)
     return run.results.exit_code
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let only what a run needs be loaded, and take SIGTERM for Ctrl-C.
+
+    The user's other plug-ins and settings change no verdict.
+    """
+    environment = dict(os.environ)
+    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
+    os.environ.pop("PYTEST_ADDOPTS", None)
+    previous = signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+        os.environ.clear()
+        os.environ.update(environment)
 
 
 def _interrupt(_signal: int, _frame: FrameType | None) -> None:
