@@ -12,9 +12,10 @@ import typer
 from conformance import catalogue as catalogue_page
 from conformance import resources, runner
 from conformance.errors import ConformanceError, SpecError
+from conformance.options import RunOptions
 from conformance.report import spec_page
 from conformance.report.console import console
-from conformance.run import Run, RunOptions
+from conformance.run import Run
 from conformance.spec.load import find_problems, load_spec
 
 WRONG_USAGE = 3

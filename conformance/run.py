@@ -5,20 +5,18 @@ from __future__ import annotations
 import platform
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from _pytest.mark.expression import Expression  # the language of -k, not exported
-
 from conformance import resources
-from conformance.bench.definition import BenchDefinition, load_bench
+from conformance.bench.definition import load_bench
 from conformance.bench.session import Bench
 from conformance.checks import JUDGED_SERVICES
 from conformance.effects import Effect
-from conformance.errors import BenchError, SpecError
+from conformance.errors import BenchError
+from conformance.options import RunOptions, refusal, selection, simulation
 from conformance.report.junit import explain, write_junit
 from conformance.report.results import Item, Results
 from conformance.requirements import Case, Requirement
@@ -27,43 +25,7 @@ from conformance.spec.model import DeviceSpec
 from conformance.verdict import Verdict, VerdictWord
 from conformance.wire.datatypes import DataType
 
-SIMULATOR = "canopen_simulator"
 SAVE_EVERY_S = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class RunOptions:
-    """What the user asked for; texts as given on the command line."""
-
-    device: str
-    variant: str | None = None
-    bench: str = "simulator"
-    node_id: int | None = None
-    serial: str = ""
-    simulate_spec: str | None = None
-    faults: tuple[str, ...] = ()
-    readings: tuple[str, ...] = ()
-    report_dir: Path | None = None
-    seed: int = 0
-    strict: bool = False
-    select: str = ""
-
-    @classmethod
-    def from_pytest(cls, option: Any) -> RunOptions:
-        """Return the options that pytest parsed."""
-        return cls(
-            device=option.device,
-            variant=option.variant,
-            bench=option.bench,
-            node_id=option.node_id,
-            serial=option.serial,
-            simulate_spec=option.simulate_spec,
-            faults=tuple(option.fault),
-            readings=tuple(option.reading),
-            report_dir=option.report_dir,
-            seed=option.seed,
-            strict=option.strict_level,
-        )
 
 
 class Run:
@@ -86,8 +48,8 @@ class Run:
         self.spec: DeviceSpec = file.resolve(options.variant, node_id)
         self._factory = file.document.factory
         self.strict = options.strict
-        self._selection = _selection(options.select)
-        self._simulation = self._simulate()
+        self._selection = selection(options.select)
+        self._simulation = simulation(options, self.definition, self.spec)
         self.results = Results(self._provenance(), self._device(), strict=options.strict)
         self.directory: Path | None = None
         self.total = 0
@@ -97,49 +59,6 @@ class Run:
         self._saved = 0.0
         self._line = 0
         self._item_started_s = 0.0
-
-    # Before anything is opened
-
-    def _simulate(self) -> dict[str, Any]:
-        """Return the arguments for the simulated bus, none when the bench is another."""
-        options = self.options
-        simulated = self.definition.interface == SIMULATOR
-        if not simulated:
-            given = {
-                "--simulate-spec": options.simulate_spec,
-                "--fault": options.faults,
-                "--reading": options.readings,
-            }
-            for name, value in given.items():
-                if value:
-                    raise SpecError(
-                        f"{name}: expected the simulator as bench, got {options.bench!r}"
-                    )
-            return {}
-        model = options.simulate_spec or options.device
-        option = "--simulate-spec" if options.simulate_spec else "DEVICE"
-        path = resources.find("device_specs", model, option)
-        file = load_spec(path)
-        variant = self.spec.variant if self.spec.variant in file.variants else None
-        readings = _readings(options.readings)
-        file.resolve(variant, self.spec.node_id, readings)
-        for ambiguity in file.document.ambiguities:
-            number = readings.get(ambiguity.id, 1)
-            if number > 1 and not ambiguity.readings[number - 1].changes:
-                raise SpecError(
-                    f"--reading: expected one that changes a figure of the spec, got "
-                    f"{ambiguity.id}={number}, which the simulated device cannot show"
-                )
-        for fault in options.faults:
-            resources.find("fixtures/faults", fault, "--fault")
-        return {
-            "channel": str(path),
-            "variant": variant,
-            "node_id": self.spec.node_id,
-            "readings": ",".join(options.readings),
-            "faults": ",".join(options.faults),
-            "seed": options.seed,
-        }
 
     def refuses(self, effects: tuple[Effect, ...]) -> str:
         """Return why the bench cannot run a check with these effects, empty if it can."""
@@ -343,36 +262,6 @@ class Run:
             "serial": self.options.serial,
             "manual": spec.cite("").rstrip(", "),
         }
-
-
-def refusal(definition: BenchDefinition, effects: tuple[Effect, ...]) -> str:
-    """Return why a bench cannot run a check with these effects, empty if it can."""
-    missing = [effect for effect in effects if effect not in definition.allow]
-    if missing:
-        return f"the bench does not allow {' and '.join(missing)}"
-    if "power" in effects and definition.power == "none":
-        return "the bench cannot switch the supply"
-    return ""
-
-
-def _selection(text: str) -> Expression | None:
-    """Return what `--select` says, in the language of pytest's `-k`; empty selects all."""
-    try:
-        return Expression.compile(text) if text else None
-    except SyntaxError as error:
-        raise SpecError(
-            f"--select: expected parts of ids with and, or, not; got {text!r}"
-        ) from error
-
-
-def _readings(texts: tuple[str, ...]) -> dict[str, int]:
-    readings = {}
-    for text in texts:
-        name, equals, number = text.partition("=")
-        if not equals or not number.isdigit():
-            raise SpecError(f"--reading: expected ID=N, got {text!r}")
-        readings[name] = int(number)
-    return readings
 
 
 def _file_name(text: str) -> str:

@@ -9,9 +9,10 @@ import pytest
 
 from conformance.checks import BENCH, PASSED, VERDICT
 from conformance.errors import BenchError, NodeTimeout, SetupRefused, SpecError
+from conformance.options import RunOptions
 from conformance.report.results import Item
 from conformance.requirements import Case, Requirement
-from conformance.run import Run, RunOptions
+from conformance.run import Run
 from conformance.verdict import EmptyCheckError, Nonconformity, Verdict
 
 CHECK_TIMEOUT_S = 120
@@ -88,7 +89,7 @@ class ConformanceSession:
             return (yield)
         try:
             self._config.stash[BENCH] = self._run.open(len(session.items))
-        except BenchError as error:
+        except (BenchError, SpecError) as error:
             self._run.abort(str(error))
             session.items.clear()
         return (yield)

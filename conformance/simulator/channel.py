@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, TypeAlias
 
 from conformance.errors import SpecError
@@ -26,11 +27,13 @@ class NodeName:
 
 
 def parse_channel(channel: str) -> list[NodeName]:
-    """Return the nodes of a channel, separated by commas.
+    """Return the nodes of a channel, separated by commas; the path of a file is one node.
 
     Raises:
         SpecError: A node has no name, or a node-ID that is no number.
     """
+    if Path(channel).is_file():
+        return [NodeName(channel)]
     return [_node_name(part.strip()) for part in channel.split(",")]
 
 

@@ -11,7 +11,8 @@ import can
 import pytest
 
 from conformance.errors import BenchError
-from conformance.run import Run, RunOptions
+from conformance.options import RunOptions
+from conformance.run import Run
 from conformance.runner import run
 from conformance.simulator.interface import SimulatorBus
 

@@ -1,0 +1,128 @@
+"""What the user asked of a run, checked before anything is opened or sent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from _pytest.mark.expression import Expression  # the language of -k, not exported
+
+from conformance import resources
+from conformance.bench.definition import BenchDefinition
+from conformance.effects import Effect
+from conformance.errors import SpecError
+from conformance.simulator.faults import load_faults
+from conformance.spec.load import load_spec
+from conformance.spec.model import DeviceSpec
+
+SIMULATOR = "canopen_simulator"
+
+
+@dataclass(frozen=True, slots=True)
+class RunOptions:
+    """What the user asked for; texts as given on the command line."""
+
+    device: str
+    variant: str | None = None
+    bench: str = "simulator"
+    node_id: int | None = None
+    serial: str = ""
+    simulate_spec: str | None = None
+    faults: tuple[str, ...] = ()
+    readings: tuple[str, ...] = ()
+    report_dir: Path | None = None
+    seed: int = 0
+    strict: bool = False
+    select: str = ""
+
+    @classmethod
+    def from_pytest(cls, option: Any) -> RunOptions:
+        """Return the options that pytest parsed."""
+        return cls(
+            device=option.device,
+            variant=option.variant,
+            bench=option.bench,
+            node_id=option.node_id,
+            serial=option.serial,
+            simulate_spec=option.simulate_spec,
+            faults=tuple(option.fault),
+            readings=tuple(option.reading),
+            report_dir=option.report_dir,
+            seed=option.seed,
+            strict=option.strict_level,
+        )
+
+
+def simulation(
+    options: RunOptions, definition: BenchDefinition, spec: DeviceSpec
+) -> dict[str, Any]:
+    """Return the arguments for the simulated bus, none when the bench is another.
+
+    Raises:
+        SpecError: A fault, reading or spec of the simulated device is wrong, or there is none.
+    """
+    simulated = definition.interface == SIMULATOR
+    if not simulated:
+        given = {
+            "--simulate-spec": options.simulate_spec,
+            "--fault": options.faults,
+            "--reading": options.readings,
+        }
+        for name, value in given.items():
+            if value:
+                raise SpecError(f"{name}: expected the simulator as bench, got {options.bench!r}")
+        return {}
+    model = options.simulate_spec or options.device
+    option = "--simulate-spec" if options.simulate_spec else "DEVICE"
+    path = resources.find("device_specs", model, option)
+    file = load_spec(path)
+    variant = spec.variant if spec.variant in file.variants else None
+    readings = _readings(options.readings)
+    file.resolve(variant, spec.node_id, readings)
+    for ambiguity in file.document.ambiguities:
+        number = readings.get(ambiguity.id, 1)
+        if number > 1 and not ambiguity.readings[number - 1].changes:
+            raise SpecError(
+                f"--reading: expected one that changes a figure of the spec, got "
+                f"{ambiguity.id}={number}, which the simulated device cannot show"
+            )
+    load_faults(options.faults)
+    return {
+        "channel": str(path),
+        "variant": variant,
+        "node_id": spec.node_id,
+        "readings": readings,
+        "faults": list(options.faults),
+        "seed": options.seed,
+    }
+
+
+def refusal(definition: BenchDefinition, effects: tuple[Effect, ...]) -> str:
+    """Return why a bench cannot run a check with these effects, empty if it can."""
+    missing = [effect for effect in effects if effect not in definition.allow]
+    if missing:
+        return f"the bench does not allow {' and '.join(missing)}"
+    if "power" in effects and definition.power == "none":
+        return "the bench cannot switch the supply"
+    return ""
+
+
+def selection(text: str) -> Expression | None:
+    """Return what `--select` says, in the language of pytest's `-k`; empty selects all."""
+    try:
+        return Expression.compile(text) if text else None
+    except SyntaxError as error:
+        raise SpecError(
+            f"--select: expected parts of ids with and, or, not; got {text!r}"
+        ) from error
+
+
+def _readings(texts: tuple[str, ...]) -> dict[str, int]:
+    readings = {}
+    for text in texts:
+        name, equals, number = text.partition("=")
+        if not equals or not number.isdigit():
+            raise SpecError(f"--reading: expected ID=N, got {text!r}")
+        readings[name] = int(number)
+    return readings
