@@ -15,6 +15,14 @@ def data(folder: str) -> Path:
     return installed if installed.is_dir() else _PACKAGE.parent / folder
 
 
+def is_file(name: str) -> bool:
+    """Tell whether a text is the path of a file, however long it is."""
+    try:
+        return Path(name).is_file()
+    except OSError:
+        return False
+
+
 def find(folder: str, name: str, option: str) -> Path:
     r"""Return a YAML file by built-in name or by path.
 
@@ -28,11 +36,11 @@ def find(folder: str, name: str, option: str) -> Path:
     """
     path = Path(name)
     if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
-        if path.is_file():
+        if is_file(name):
             return path
         raise SpecError(f"{option}: expected a readable file, got {name!r}")
     built_in = data(folder) / f"{name}.yaml"
-    if built_in.is_file():
+    if is_file(str(built_in)):
         return built_in
     known = ", ".join(names(folder)) or "none"
     raise SpecError(f"{option}: expected a path or one of {known}, got {name!r}")

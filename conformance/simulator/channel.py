@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal, TypeAlias
 
 from conformance.errors import SpecError
-from conformance.resources import find
+from conformance.resources import find, is_file
 from conformance.simulator.bus import SimulatedBus
 from conformance.simulator.device import SimulatedDevice
 from conformance.simulator.faults import load_faults
@@ -32,7 +31,7 @@ def parse_channel(channel: str) -> list[NodeName]:
     Raises:
         SpecError: A node has no name, or a node-ID that is no number.
     """
-    if Path(channel).is_file():
+    if is_file(channel):
         return [NodeName(channel)]
     return [_node_name(part.strip()) for part in channel.split(",")]
 

@@ -39,6 +39,7 @@ def test_devices_lists_the_built_in_specs(command: Callable[..., Any]) -> None:
         (["run", "siko_ims360", "--select", "(("], "--select: expected parts of ids"),
         (["run", "siko_ims360", "--simulate-spec", "no"], "--simulate-spec: expected"),
         (["run", "siko_ims360", "--bench", "socketcan", "--fault", "silent"], "--fault: expected"),
+        (["run", "x" * 5000], "DEVICE: expected a path or one of"),
         (["run"], "Missing argument"),
         (["run", "siko_ims360", "--nonsense"], "No such option"),
         (["spec", "show", "siko_ims360", "--format", "xml"], "Invalid value for '--format'"),
