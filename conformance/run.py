@@ -221,6 +221,8 @@ class Run:
             self.abort(str(error))
 
     def _save(self) -> None:
+        if self._bench is not None:
+            self._bench.link.flush()
         if self.directory is not None:
             self.results.write(self.directory / "results.json")
 

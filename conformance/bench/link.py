@@ -182,6 +182,10 @@ class Link:
         """Lines of the trace so far."""
         return self._trace.lines
 
+    def flush(self) -> None:
+        """Hand the trace so far to the operating system."""
+        self._trace.flush()
+
     def close(self) -> None:
         """Close the bus and the trace."""
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 from conformance.bench.heartbeat import HeartbeatPort, name_of
 from conformance.bench.node import Node
@@ -19,20 +20,32 @@ RESETS = {
 }
 
 
-def starts(spec: DeviceSpec) -> Iterable[Case]:
-    """Every way in which the node starts."""
+class Start(NamedTuple):
+    """One way to start the node: a reset, or its supply where there is no command."""
+
+    command: NmtCommand | None
+    broadcast: bool = False
+
+
+def _starts(spec: DeviceSpec) -> Iterable[Case]:
     section = spec.services.nmt.source
-    for label in RESETS:
-        yield Case(label, label, section, ("resets",))
-    yield Case("power-on", "power-on", section, ("power",))
+    for label, command in RESETS.items():
+        yield Case(label, Start(command), section, ("resets",))
+        yield Case(
+            f"{label}/broadcast",
+            Start(command, broadcast=True),
+            section,
+            ("resets", "other-nodes"),
+        )
+    yield Case("power-on", Start(None), section, ("power",))
 
 
-def start(node: Node, way: str) -> int:
+def _start(node: Node, way: Start) -> int:
     """Start the node and return the mark from which its boot-up can be seen."""
     rig = node.link.rig
-    if way != "power-on":
+    if way.command is not None:
         mark = node.link.mark()
-        node.nmt(RESETS[way])
+        node.nmt(way.command, node_id=0 if way.broadcast else None)
     elif rig is None:
         raise SetupRefused("the bench cannot switch the supply")
     else:
@@ -44,11 +57,11 @@ def start(node: Node, way: str) -> int:
 
 
 @requirement(
-    "BOOT-01", level="shall", cases=("way", starts), source=f"{CIA301}, 7.2.8.3.3", effects=()
+    "BOOT-01", level="shall", cases=("way", _starts), source=f"{CIA301}, 7.2.8.3.3", effects=()
 )
-def test_one_boot_up_message_per_start(node: Node, way: str, verdict: Verdict) -> None:
+def test_one_boot_up_message_per_start(node: Node, way: Start, verdict: Verdict) -> None:
     """After each start the node sends exactly one boot-up message, one octet 00h."""
-    mark = start(node, way)
+    mark = _start(node, way)
 
     node.link.wait(node.is_boot_up, node.boot_up_timeout_s, mark)
     node.link.listen(QUIET_S, node.is_boot_up)
@@ -58,13 +71,13 @@ def test_one_boot_up_message_per_start(node: Node, way: str, verdict: Verdict) -
 
 
 @requirement(
-    "BOOT-02", level="shall", cases=("way", starts), source=f"{CIA301}, 7.3.2.2", effects=()
+    "BOOT-02", level="shall", cases=("way", _starts), source=f"{CIA301}, 7.3.2.2", effects=()
 )
 def test_state_after_start(
-    node: Node, heartbeat: HeartbeatPort, way: str, spec: DeviceSpec, verdict: Verdict
+    node: Node, heartbeat: HeartbeatPort, way: Start, spec: DeviceSpec, verdict: Verdict
 ) -> None:
     """After a start the node is Pre-operational, or Operational where it starts by itself."""
-    node.await_boot_up(start(node, way))
+    node.await_boot_up(_start(node, way))
 
     automatic = spec.services.nmt.automatic_start
     wanted = NmtState.OPERATIONAL if automatic else NmtState.PRE_OPERATIONAL

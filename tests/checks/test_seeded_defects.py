@@ -102,7 +102,13 @@ FAULTS = {
     "heartbeat-slow-10-percent": {"HB-01/1017h/10ms", "HB-01/1017h/100ms"},
     "tpdo-in-pre-operational": {f"TPDO-01/180{n}h" for n in range(4)},
     "mapped-objects-swapped": {f"TPDO-05/180{n}h" for n in range(4)},
-    "no-boot-up": {f"BOOT-01/{way}" for way in ("reset-node", "reset-communication", "power-on")},
+    "no-boot-up": {
+        "BOOT-01/reset-node",
+        "BOOT-01/reset-node/broadcast",
+        "BOOT-01/reset-communication",
+        "BOOT-01/reset-communication/broadcast",
+        "BOOT-01/power-on",
+    },
 }
 
 

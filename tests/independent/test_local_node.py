@@ -41,12 +41,19 @@ VARIABLES = {
 }  # fmt: skip
 """Readable objects without sub-indices."""
 
+RESETS = {
+    "reset-node",
+    "reset-node/broadcast",
+    "reset-communication",
+    "reset-communication/broadcast",
+}
+
 DEVIATIONS = {
     # 000#8132 (and 8232) is followed by silence: LocalNode takes note of state 0 and stays there;
     # 7.3.2.2.1 has it finish the initialisation and say so.
-    "BOOT-01": {"reset-node", "reset-communication"},
+    "BOOT-01": RESETS,
     # Every heartbeat after the reset is 732#00: still "initialising", never Pre-operational.
-    "BOOT-02": {"reset-node", "reset-communication"},
+    "BOOT-02": RESETS,
     # 000#0232, then 632#40001000… is answered by 5B2#43001000…: the SDO server looks at no state.
     "NMT-02": {"stopped"},
     # 000#013200 starts the node; LocalNode unpacks the first two octets and ignores the length.
