@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
@@ -167,12 +168,12 @@ def test_exit_code_follows_the_verdicts(
     assert Results({}, {}, items, strict=strict, complete=complete).exit_code == code
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
-def test_a_killed_run_leaves_what_it_found(number: signal.Signals, tmp_path: Path) -> None:
-    folder = tmp_path / "record"
+def _interrupted(folder: Path, number: signal.Signals, *arguments: str) -> tuple[int, str]:
+    """Run in real time, send a signal in the middle of it, and return exit code and output."""
     command = Path(sys.executable).parent / "canopen-conformance"
+    bench = ("--bench", "simulator-real-time", "--report-dir", str(folder))
     with subprocess.Popen(
-        [command, "run", "siko_ims360", "--bench", "simulator-real-time", "--report-dir", folder],
+        [str(command), "run", "siko_ims360", *bench, *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         encoding="utf-8",
@@ -183,11 +184,35 @@ def test_a_killed_run_leaves_what_it_found(number: signal.Signals, tmp_path: Pat
         time.sleep(1.5)
         process.send_signal(number)
         out, _ = process.communicate(timeout=60)
-
     assert "Traceback" not in out
-    record = (folder / "results.json").read_text("utf-8")
-    assert '"complete": false' in record
+    return process.returncode, out
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
+def test_a_killed_run_leaves_what_it_found(number: signal.Signals, tmp_path: Path) -> None:
+    folder = tmp_path / "record"
+
+    code, out = _interrupted(folder, number)
+
+    record = json.loads((folder / "results.json").read_text("utf-8"))
+    assert record["summary"]["complete"] is False
+    assert (folder / "trace.log").stat().st_size > 0
     if number is not signal.SIGKILL:
-        assert process.returncode == 2
-        assert "interrupted" in out
+        assert code == 2
+        assert "interrupted by the user" in out
         assert "interrupted" in (folder / "junit.xml").read_text("utf-8")
+
+
+def test_an_interrupted_check_is_undone(tmp_path: Path) -> None:
+    folder = tmp_path / "record"
+
+    _interrupted(folder, signal.SIGINT, "--select", "TPDO-02/1800h/100ms or BOOT-01/reset-node")
+
+    with can.CanutilsLogReader(folder / "trace.log") as reader:
+        sent = [message for message in reader if not message.is_rx]
+    downloads = {m.data[1:4].hex(): m.data[4:].hex() for m in sent if m.data[0] >> 5 == 1}
+    assert downloads["001801"] == "b2010000"
+    assert downloads["001805"] == "00000000"
+    assert downloads["001a00"] == "08000000"
+    commands = [m.data[0] for m in sent if m.arbitration_id == 0]
+    assert commands[-2:] == [0x01, 0x80]
