@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import traceback
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -18,6 +19,7 @@ from conformance.report.console import console
 from conformance.run import Run
 from conformance.spec.load import find_problems, load_spec
 
+BENCH_FAILED = 2
 WRONG_USAGE = 3
 
 USAGE_ERROR = 2
@@ -165,14 +167,18 @@ def main() -> None:
         code = WRONG_USAGE if left.code == USAGE_ERROR else left.code
     except KeyboardInterrupt:
         console.error("interrupted")
-        code = 2
+        code = BENCH_FAILED
     except SpecError as error:
         for problem in error.problems:
             console.error(str(problem))
         code = WRONG_USAGE
     except ConformanceError as error:
         console.error(str(error))
-        code = 2
+        code = BENCH_FAILED
     except BrokenPipeError:
-        code = 2
+        code = BENCH_FAILED
+    except Exception as error:  # noqa: BLE001 - a defect of the suite says nothing about the device
+        traceback.print_exc()
+        console.error(f"defect of the suite, please report it: {type(error).__name__}: {error}")
+        code = BENCH_FAILED
     sys.exit(code if isinstance(code, int) else 0)

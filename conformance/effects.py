@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 Effect: TypeAlias = Literal[
     "reads",
@@ -15,4 +15,3 @@ Effect: TypeAlias = Literal[
     "bitrate",
     "other-nodes",
 ]
-ALL_EFFECTS: tuple[Effect, ...] = get_args(Effect)

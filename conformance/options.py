@@ -122,7 +122,7 @@ def _readings(texts: tuple[str, ...]) -> dict[str, int]:
     readings = {}
     for text in texts:
         name, equals, number = text.partition("=")
-        if not equals or not number.isdigit():
+        if not equals or not (number.isascii() and number.isdecimal()):
             raise SpecError(f"--reading: expected ID=N, got {text!r}")
         readings[name] = int(number)
     return readings

@@ -1,6 +1,6 @@
 """The pytest plug-in: the options of a conformance run; the rest is loaded when one is asked for.
 
-Inert unless `--device` is given, so that it neither slows down nor disturbs other test suites.
+Without `--device` it does nothing and loads nothing; only its options are there.
 """
 
 from __future__ import annotations

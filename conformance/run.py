@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import platform
 import time
 from collections.abc import Callable
@@ -88,6 +89,7 @@ class Run:
         self.total = total
         self.directory = self._make_directory()
         self._started = time.monotonic()
+        self._save()
         self._bench = Bench.open(
             self.definition, self.spec, self._simulation, self.directory / "trace.log"
         )
@@ -103,16 +105,26 @@ class Run:
         return self.directory is not None
 
     def _make_directory(self) -> Path:
-        wanted = self.options.report_dir
-        if wanted is None:
+        """Make the folder for the record: the one asked for, or a new one named by the time."""
+        if self.options.report_dir is not None:
+            folder = self.options.report_dir
+            folders = iter((folder,))
+        else:
             stamp = datetime.now().strftime("%Y%m%d-%H%M%S")  # noqa: DTZ005 - for people, local
             parts = [stamp, self.spec.name, self.spec.variant, _file_name(self.options.serial)]
-            wanted = Path("reports", "runs", "-".join(part for part in parts if part))
-        try:
-            wanted.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise BenchError(f"cannot make {wanted}: {error.strerror}") from error
-        return wanted
+            folder = Path("reports", "runs", "-".join(part for part in parts if part))
+            more = (folder.with_name(f"{folder.name}-{n}") for n in itertools.count(2))
+            folders = itertools.chain((folder,), more)
+        for folder in folders:
+            try:
+                folder.mkdir(parents=True, exist_ok=self.options.report_dir is not None)
+                (folder / "junit.xml").unlink(missing_ok=True)
+            except FileExistsError:
+                continue
+            except OSError as error:
+                raise BenchError(f"cannot make {folder}: {error.strerror}") from error
+            return folder
+        raise BenchError(f"cannot make {folder}: there is a file of that name")
 
     def _identity(self, bench: Bench) -> dict[str, Any]:
         """Read what the node says it is; texts from it are data, never trusted."""

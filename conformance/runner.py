@@ -12,7 +12,7 @@ from types import FrameType
 
 import pytest
 
-from conformance.errors import SpecError
+from conformance.errors import BenchError, SpecError
 from conformance.report.console import console
 from conformance.report.summary import Progress, print_summary
 from conformance.run import Run
@@ -53,12 +53,15 @@ def run(run: Run) -> int:
         *(f"-p{name}" for name in plugins),
         "-c",
         str(CHECKS / "pytest.ini"),
+        "--capture=no",
         "--device",
         run.options.device,
         str(CHECKS),
     ]
     with _undisturbed(), progress:
         pytest.main(arguments, plugins=[attach])
+    if run.results.aborted and not run.opened:
+        raise BenchError(run.results.aborted)
     if not run.opened:
         if run.options.select and not attach.errors:
             raise SpecError(

@@ -21,6 +21,8 @@ RUN = pytest.StashKey[Run]()
 
 def attach(config: pytest.Config) -> None:
     """Register the hooks of the run that the options ask for, or that is in the stash already."""
+    if getattr(config.option, "numprocesses", None) or hasattr(config, "workerinput"):
+        raise pytest.UsageError("one bus, one process: expected no -n beside --device")
     try:
         run = config.stash.get(RUN, None) or Run(RunOptions.from_pytest(config.option))
     except SpecError as error:
@@ -88,7 +90,8 @@ class ConformanceSession:
         if session.config.option.collectonly or not session.items or session.testsfailed:
             return (yield)
         try:
-            self._config.stash[BENCH] = self._run.open(len(session.items))
+            count = sum(_what(item)[0] is not None for item in session.items)
+            self._config.stash[BENCH] = self._run.open(count)
         except (BenchError, SpecError) as error:
             self._run.abort(str(error))
             session.items.clear()
@@ -103,6 +106,8 @@ class ConformanceSession:
     def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> Generator[None, object, object]:
         """Conclude the verdict when the check's function has ended."""
         result = yield
+        if _what(pyfuncitem)[0] is None:
+            return result
         pyfuncitem.stash.get(VERDICT, Verdict()).conclude()
         return result
 
@@ -168,12 +173,15 @@ class ConformanceSession:
             self._run.abort(str(error))
         if self._run.opened:
             self._run.close()
+        if self._run.opened or self._run.results.aborted:
             session.exitstatus = self._run.results.exit_code
         return result
 
     def pytest_terminal_summary(self, terminalreporter: Any) -> None:
         """Say where the record is."""
-        if self._run.directory is not None and self._run.opened:
+        if self._run.results.aborted:
+            terminalreporter.write_line(f"the run ended early: {self._run.results.aborted}")
+        if self._run.opened:
             terminalreporter.write_line(f"conformance record: {self._run.directory}")
 
     def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:

@@ -17,7 +17,10 @@ from conformance.verdict import Verdict
 @pytest.fixture
 def bench(request: pytest.FixtureRequest) -> Bench:
     """The open bench."""
-    return request.config.stash[BENCH]
+    bench = request.config.stash.get(BENCH, None)
+    if bench is None:
+        pytest.exit("expected --device NAME (see canopen-conformance devices)", returncode=4)
+    return bench
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from conformance.bench.node import Node
 from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
 from conformance.checks.steps import require_alive
 from conformance.checks.test_nmt import TO
+from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, address
 from conformance.verdict import Verdict
@@ -75,7 +76,7 @@ def test_heartbeat_starts_at_once(
     if first is None:
         verdict.holds(
             f"first heartbeat after download to {address(index)}",
-            expected=f"within {period_ms} ms",
+            expected=f"within {period_ms + gap_tolerance_ms(period_ms):g} ms",
             actual=f"none within {10 * period_ms} ms",
             ok=False,
         )
@@ -97,13 +98,13 @@ def test_heartbeat_is_switched_off(
     """With the documented off value no heartbeat comes once the running period is over."""
     period_ms = heartbeat.typical_ms
     heartbeat.set(period_ms)
-    on = len(heartbeat.collect(2, 4 * period_ms / 1000))
+    if len(heartbeat.collect(2, 4 * period_ms / 1000)) < 2:
+        raise SetupRefused("there is no heartbeat to be switched off, see HB-01")
     heartbeat.set(heartbeat.producer.off)
     node.link.listen(1.5 * period_ms / 1000, node.is_error_control)
 
     silent = node.link.listen(10 * period_ms / 1000, node.is_error_control)
 
-    verdict.equal(f"heartbeats with {address(index)} = {period_ms}", on, 2)
     verdict.equal(f"heartbeats with {address(index)} = off", len(silent), 0)
     require_alive(node)
 

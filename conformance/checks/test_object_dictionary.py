@@ -61,17 +61,21 @@ def test_upload_has_the_length_of_the_type(node: Node, entry: Entry, verdict: Ve
     verdict.holds(
         f"length of {entry.address}",
         expected=" or ".join(dict.fromkeys(_lengths(reading) for reading in entry.readings)),
-        actual=f"{len(data)} octets ({data.hex(' ').upper()})",
+        actual=f"{_octets(len(data))} ({data.hex(' ').upper()})",
         ok=any(_has_length(reading, data) for reading in entry.readings),
     )
 
 
+def _octets(count: int) -> str:
+    return "1 octet" if count == 1 else f"{count} octets"
+
+
 def _lengths(entry: Entry) -> str:
     if entry.type.size is not None:
-        return f"{entry.type.size} octets ({entry.type.name})"
+        return f"{_octets(entry.type.size)} ({entry.type.name})"
     low, high = entry.octets or (1, 255)
     return (
-        f"{low} to {high} octets of {entry.type.name}" if low != high else f"{low} octets of text"
+        f"{low} to {high} octets of {entry.type.name}" if low != high else f"{_octets(low)} of text"
     )
 
 

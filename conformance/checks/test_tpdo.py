@@ -23,7 +23,6 @@ from conformance.wire.datatypes import DataType
 from conformance.wire.nmt import NmtCommand, NmtState
 from conformance.wire.pdo import MappingEntry, unpack
 
-PDO = f"{CIA301}, 7.2.2"
 COMMUNICATION = f"{CIA301}, 7.5.2.37"
 EVENT_MS = 50
 WINDOW_S = 0.5
@@ -48,7 +47,10 @@ def _tpdos(spec: DeviceSpec) -> Iterable[Case]:
     tpdo = spec.services.tpdo
     if tpdo is not None:
         for number in range(1, tpdo.count + 1):
-            yield Case(address(tpdo.communication + number - 1), number, tpdo.source)
+            index = tpdo.communication + number - 1
+            parameter = spec.entry(index)
+            section = parameter.source if parameter is not None else tpdo.source
+            yield Case(address(index), number, section)
 
 
 def _with_figures(spec: DeviceSpec, unit: str, figures: Sequence[int]) -> Iterable[Case]:

@@ -8,33 +8,38 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+WIDE = 500
+
 
 class Terminal:
     """Standard output and standard error."""
 
     def __init__(self) -> None:
-        self.out = Console(highlight=False, soft_wrap=True)
+        self.out = Console(highlight=False)
+        self._wide = Console(highlight=False, width=WIDE, soft_wrap=True)
         self._err = Console(stderr=True, highlight=False, soft_wrap=True)
 
     def say(self, text: str = "", style: str | None = None) -> None:
-        """Print a line as it is; text from a device is never taken for markup."""
-        self.out.print(escape(text), style=style)
+        """Print a line as it is; text from a device is never taken for markup or control."""
+        plain = escape(_printable(text))
+        self.out.print(plain, style=style, soft_wrap=not self.out.is_terminal)
 
     def error(self, text: str) -> None:
         """Print an error to standard error."""
-        self._err.print(f"[bold red]error:[/] {escape(text)}")
+        self._err.print(f"[bold red]error:[/] {escape(_printable(text))}")
 
     def table(self, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-        """Print a table; its columns are as wide as their content when the output is no terminal."""
+        """Print a table; a row stays on its line when the output is no terminal."""
         table = Table(box=None, pad_edge=False, header_style="bold")
         for head in heads:
             table.add_column(head, overflow="fold")
         for row in rows:
-            table.add_row(*(escape(cell) for cell in row))
-        if self.out.is_terminal:
-            self.out.print(table)
-        else:
-            self.out.print(table, width=500, no_wrap=True, crop=False)
+            table.add_row(*(escape(_printable(cell)) for cell in row))
+        (self.out if self.out.is_terminal else self._wide).print(table)
+
+
+def _printable(text: str) -> str:
+    return "".join(c if c.isprintable() or c == "\n" else f"\\x{ord(c):02x}" for c in text)
 
 
 console = Terminal()

@@ -24,7 +24,8 @@ def to_junit(results: Results) -> str:
         for key, value in {**device, **results.run}.items()
         if isinstance(value, str | int | float) and value != ""
     }
-    cases = [_case(item) for item in results.items]
+    remarks = {item.id for item in results.remarks()}
+    cases = [_case(item, remark=item.id in remarks) for item in results.items]
     if results.aborted:
         case = TestCase("run", classname=f"{device['spec']}.bench")
         case.add_error_info(message=_legal(results.aborted))
@@ -50,12 +51,16 @@ def write_junit(results: Results, path: Path) -> None:
         raise BenchError(f"cannot write {path}: {error.strerror or error}") from error
 
 
-def _case(item: Item) -> TestCase:
+def _case(item: Item, *, remark: bool) -> TestCase:
     device = item.id.partition("/")[0]
     case = TestCase(
         _legal(item.id), classname=f"{device}.{item.service}", elapsed_sec=item.duration_s
     )
-    if item.verdict == "fail":
+    if item.verdict == "fail" and remark:
+        case.add_skipped_info(
+            message=_legal(f"remark: {headline(item)}"), output=_legal(explain(item))
+        )
+    elif item.verdict == "fail":
         case.add_failure_info(message=_legal(headline(item)), output=_legal(explain(item)))
     elif item.verdict == "inconclusive":
         case.add_error_info(message=_legal(f"inconclusive: {item.reason}"))

@@ -45,7 +45,6 @@ class Item:
         trace: Slice of the trace, ``trace.log:12-40``.
         readings: Ambiguity to the reading that the device follows here.
         deviations: Every comparison that failed.
-        repeat: How to run this item alone.
     """
 
     id: str
