@@ -53,6 +53,20 @@ class TpdoPort:
         """Tell whether a frame is on the TPDO's identifier."""
         return frame.can_id == self._can_id and not frame.remote and not frame.extended
 
+    @property
+    def can_be_disabled(self) -> bool:
+        """The manual lets the COB-ID be written."""
+        return self._documented(self._communication, _COB_ID)
+
+    @property
+    def can_be_mapped(self) -> bool:
+        """The manual lets the mapping be written."""
+        return self._documented(self._mapping, 0) and self._documented(self._mapping, 1)
+
+    def _documented(self, index: int, sub: int) -> bool:
+        entry = self._node.spec.entry(index, sub)
+        return entry is not None and entry.writable
+
     def disable(self) -> None:
         """Set bit 31 of the COB-ID."""
         self._node.download(self._communication, _COB_ID, self._cob_id | _NOT_VALID)
@@ -64,21 +78,23 @@ class TpdoPort:
     def configure(
         self, transmission_type: int, *, event_ms: int = 0, mapped: Sequence[Entry] = ()
     ) -> None:
-        """Set the TPDO up and enable it.
+        """Set the TPDO up and enable it; one that the manual keeps enabled stays so.
 
         Args:
             transmission_type: 0..255.
             event_ms: Event timer; 0 switches it off.
             mapped: Objects to map; the mapping stays as it is when empty.
         """
-        self.disable()
+        if self.can_be_disabled:
+            self.disable()
         self._node.download(self._communication, _TYPE, transmission_type)
-        if self._node.spec.entry(self._communication, _INHIBIT) is not None:
+        if self._documented(self._communication, _INHIBIT):
             self._node.download(self._communication, _INHIBIT, 0)
         self._node.download(self._communication, _EVENT_TIMER, event_ms)
         if mapped:
             self._map(mapped)
-        self.enable()
+        if self.can_be_disabled:
+            self.enable()
 
     def _map(self, mapped: Sequence[Entry]) -> None:
         self._node.download(self._mapping, 0, 0)
@@ -88,6 +104,12 @@ class TpdoPort:
             word = MappingEntry(entry.index, entry.sub, entry.type.bits).to_word()
             self._node.download(self._mapping, place, word)
         self._node.download(self._mapping, 0, len(mapped))
+
+    def mapping(self) -> list[MappingEntry]:
+        """Return the mapping as the node holds it."""
+        count = self._node.number(self._mapping, 0)
+        words = (self._node.number(self._mapping, place) for place in range(1, count + 1))
+        return [MappingEntry.from_word(word) for word in words if word]
 
     def listen(self, duration_s: float) -> list[Stamped]:
         """Receive for a while and return this TPDO's frames."""

@@ -22,7 +22,9 @@ def make_writable(node: Node, entry: Entry) -> None:
     mapping = is_mapping(entry, node.spec)
     first = tpdo.mapping if mapping else tpdo.communication
     if mapping or entry.sub != COB_ID_SUB:
-        TpdoPort(node, tpdo, entry.index - first + 1).disable()
+        port = TpdoPort(node, tpdo, entry.index - first + 1)
+        if port.can_be_disabled:
+            port.disable()
     if mapping and entry.sub > 0:
         node.download(entry.index, 0, 0)
 

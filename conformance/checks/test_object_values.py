@@ -49,9 +49,9 @@ def _judge_value(entry: Entry, data: bytes, verdict: Verdict) -> None:
     agreeing = [
         number
         for number, reading in enumerate(entry.readings)
-        if _decoded(reading, data) == reading.default
+        if _decoded(reading, data) == reading.default_value
     ]
-    wanted = dict.fromkeys(_show(reading, reading.default) for reading in entry.readings)
+    wanted = dict.fromkeys(_show(reading, reading.default_value) for reading in entry.readings)
     shown = _decoded(entry, data)
     verdict.holds(
         f"value of {entry.address}",

@@ -12,7 +12,7 @@ from conformance.bench.node import Node
 from conformance.bench.tpdo import ASYNCHRONOUS, TpdoPort
 from conformance.checks import cases
 from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
-from conformance.checks.steps import require_alive, tpdo_service
+from conformance.checks.steps import COB_ID_SUB, require_alive, tpdo_service
 from conformance.checks.test_nmt import TO
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
@@ -24,6 +24,7 @@ from conformance.wire.nmt import NmtCommand, NmtState
 from conformance.wire.pdo import MappingEntry, unpack
 
 COMMUNICATION = f"{CIA301}, 7.5.2.37"
+NOT_VALID = 1 << 31
 EVENT_MS = 50
 WINDOW_S = 0.5
 SYNC_MS = 20
@@ -48,9 +49,24 @@ def _tpdos(spec: DeviceSpec) -> Iterable[Case]:
     if tpdo is not None:
         for number in range(1, tpdo.count + 1):
             index = tpdo.communication + number - 1
-            parameter = spec.entry(index)
-            section = parameter.source if parameter is not None else tpdo.source
-            yield Case(address(index), number, section)
+            parameter = spec.entry(index, COB_ID_SUB)
+            if parameter is None or not _always_off(parameter):
+                section = parameter.source if parameter is not None else tpdo.source
+                yield Case(address(index), number, section)
+
+
+def _always_off(cob_id: Entry) -> bool:
+    """Tell whether a TPDO is documented as disabled and cannot be enabled."""
+    off = isinstance(cob_id.default, int) and bool(cob_id.default & NOT_VALID)
+    return off and not cob_id.writable
+
+
+def _disablable(spec: DeviceSpec) -> Iterable[Case]:
+    for case in _tpdos(spec):
+        tpdo = spec.services.tpdo
+        entry = tpdo and spec.entry(tpdo.communication + case.subject - 1, COB_ID_SUB)
+        if entry and entry.writable:
+            yield case
 
 
 def _with_figures(spec: DeviceSpec, unit: str, figures: Sequence[int]) -> Iterable[Case]:
@@ -85,8 +101,9 @@ def _port(node: Node, number: int) -> TpdoPort:
 def _others_off(node: Node, number: int) -> None:
     """Disable the TPDOs that are not tried, so that they do not load the bus."""
     for other in range(1, tpdo_service(node).count + 1):
-        if other != number:
-            _port(node, other).disable()
+        port = _port(node, other)
+        if other != number and port.can_be_disabled:
+            port.disable()
 
 
 @requirement(
@@ -184,7 +201,7 @@ def _send_syncs(node: Node, port: TpdoPort, count: int) -> list[list[Stamped]]:
 @requirement(
     "TPDO-04",
     level="manual",
-    cases=("number", _tpdos),
+    cases=("number", _disablable),
     source=f"{CIA301}, 7.5.2.37",
     effects=("reads", "writes"),
 )
@@ -213,8 +230,12 @@ def test_disabled_tpdo_is_not_sent(node: Node, number: int, verdict: Verdict) ->
 def test_tpdo_carries_the_mapped_objects(node: Node, number: int, verdict: Verdict) -> None:
     """A TPDO carries the mapped objects' values, in the mapping's order."""
     port = _port(node, number)
-    mapped = _told_apart(node)
-    port.configure(ASYNCHRONOUS, event_ms=EVENT_MS, mapped=[field.entry for field in mapped])
+    if port.can_be_mapped:
+        mapped = _told_apart(node)
+        port.configure(ASYNCHRONOUS, event_ms=EVENT_MS, mapped=[field.entry for field in mapped])
+    else:
+        mapped = _as_mapped(node, port)
+        port.configure(ASYNCHRONOUS, event_ms=EVENT_MS)
     node.nmt(NmtCommand.START)
 
     seen = port.collect(1, 10 * EVENT_MS / 1000)
@@ -243,10 +264,16 @@ def _mappable_entries(entry: Entry, spec: DeviceSpec) -> bool:
     return spec.services.tpdo is not None and bits and mappable and cases.same_type(entry)
 
 
+def _to_be_mapped(entry: Entry, spec: DeviceSpec) -> bool:
+    tpdo = spec.services.tpdo
+    place = tpdo and spec.entry(tpdo.mapping, 1)
+    return bool(place and place.writable) and _mappable_entries(entry, spec)
+
+
 @requirement(
     "TPDO-06",
     level="manual",
-    cases=cases.entries(_mappable_entries, "mappable"),
+    cases=cases.entries(_to_be_mapped, "mappable"),
     source=f"{CIA301}, 7.5.2.38",
     effects=("reads", "writes"),
 )
@@ -288,7 +315,10 @@ def _mappable(node: Node) -> list[Entry]:
 
 
 def _set_up(node: Node, port: TpdoPort, transmission_type: int, event_ms: int = 0) -> None:
-    """Configure a TPDO with the first object that the node lets be mapped."""
+    """Configure a TPDO with the first object that the node lets be mapped, if any can be."""
+    if not port.can_be_mapped:
+        port.configure(transmission_type, event_ms=event_ms)
+        return
     for entry in _mappable(node)[:MOST_TRIED]:
         try:
             port.configure(transmission_type, event_ms=event_ms, mapped=[entry])
@@ -340,6 +370,15 @@ def _told_apart(node: Node) -> list[Held]:
     if len(chosen) < 2:
         raise SetupRefused("the mappable objects all hold one value, so their order cannot be seen")
     return chosen
+
+
+def _as_mapped(node: Node, port: TpdoPort) -> list[Held]:
+    """The entries of a mapping that cannot be written."""
+    entries = [node.spec.entry(word.index, word.sub) for word in port.mapping()]
+    found = [entry for entry in entries if entry is not None]
+    if len(found) < len(entries) or not found:
+        raise SetupRefused("the mapping names an object that the manual does not document")
+    return [_held(node, entry) for entry in found]
 
 
 def _held(node: Node, entry: Entry) -> Held:

@@ -26,21 +26,8 @@ def initial_value(entry: Entry, serial_number: int, faults: Faults) -> Value:
         return min(max(wrong[entry.key], entry.type.minimum), entry.type.maximum)
     if entry.follows == "serial-number":
         return _serial_number(entry, serial_number)
-    if entry.default is None:
-        return _plausible(entry)
-    if isinstance(entry.default, str):
-        return _from_text(entry.default, entry.type)
-    return entry.default
-
-
-def _from_text(text: str, kind: DataType) -> Value:
-    if _is_text(kind):
-        return text
-    if kind in _REALS:
-        return float(text)
-    if kind is DataType.BOOLEAN:
-        return text.lower() in ("1", "true")
-    return text.encode("latin-1")
+    default = entry.default_value
+    return _plausible(entry) if default is None else default
 
 
 def _serial_number(entry: Entry, serial_number: int) -> Value:

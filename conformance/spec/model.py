@@ -20,6 +20,7 @@ from conformance.wire.datatypes import DataType, Value
 StateName: TypeAlias = Literal["pre-operational", "operational", "stopped"]
 Key: TypeAlias = tuple[int, int]
 Range: TypeAlias = tuple[int, int]
+_TEXTS = (DataType.VISIBLE_STRING, DataType.UNICODE_STRING)
 
 
 def address(index: int, sub: int | None = None) -> str:
@@ -119,6 +120,18 @@ class Entry:
     def source_of(self, attribute: str) -> str:
         """Return the section that documents one attribute."""
         return self.sources.get(attribute, self.source)
+
+    @property
+    def default_value(self) -> Value | None:
+        """The default as a value of the type; a spec gives all but integers as text."""
+        text = self.default
+        if not isinstance(text, str) or self.type in _TEXTS:
+            return text
+        if self.type in (DataType.REAL32, DataType.REAL64):
+            return self.type.decode(self.type.encode(float(text)))
+        if self.type is DataType.BOOLEAN:
+            return text.lower() in ("1", "true")
+        return text.encode("latin-1")
 
     @property
     def legal(self) -> tuple[Range, ...] | None:

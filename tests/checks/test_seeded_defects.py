@@ -148,3 +148,38 @@ def test_a_device_as_documented_conforms(variant: str, judge: Callable[..., Any]
 
     assert finished.code == 0
     assert finished.record["summary"]["pass"] == finished.record["summary"]["items"]
+
+
+INVENTED = Path(__file__).parents[1] / "simulator" / "invented.yaml"
+
+
+def test_a_device_of_yaml_alone_conforms(judge: Callable[..., Any]) -> None:
+    finished = judge(device=INVENTED)
+
+    assert finished.items("fail") == finished.items("inconclusive") == []
+    assert finished.code == 0
+
+
+def test_a_device_with_fixed_tpdos_is_judged_as_it_is(
+    judge: Callable[..., Any], tmp_path: Path
+) -> None:
+    text = INVENTED.read_text(encoding="utf-8")
+    for heading in ("0x1800", "0x1801", "0x1A00", "0x1A01"):
+        start = text.index(f"\n  {heading}:\n")
+        end = text.index("\n  0x", start + 1)
+        lines = text[start:end].splitlines(keepends=True)
+        fixed = [
+            line
+            if "Type," in line or "imer" in line or "Count" in line
+            else line.replace("access: rw", "access: ro")
+            for line in lines
+        ]
+        text = text[:start] + "".join(fixed) + text[end:]
+    copy = tmp_path / "fixed.yaml"
+    copy.write_text(text, encoding="utf-8")
+
+    finished = judge(device=copy)
+
+    assert finished.items("fail") == finished.items("inconclusive") == []
+    assert "TPDO-05/1800h" in finished.items("pass")
+    assert not [item for item in finished.items("pass") if item.startswith("TPDO-04")]
