@@ -120,12 +120,12 @@ class Node:
         return entry
 
     def _remember(self, index: int, sub: int) -> None:
+        """Note what a download overwrites; what it affects is written back after it."""
         entry = self.spec.entry(index, sub)
-        if entry is None or entry.access == "wo" or entry.kind in ("command", "counter"):
-            affected = (self.spec.entry(other) for other in (entry.affects if entry else ()))
-            keys = [other.key for other in affected if other is not None and not other.optional]
-        else:
-            keys = [(index, sub)]
+        affected = (self.spec.entry(other) for other in (entry.affects if entry else ()))
+        keys = [other.key for other in affected if other is not None and not other.optional]
+        if entry is not None and entry.readable and entry.kind not in ("command", "counter"):
+            keys.append((index, sub))
         for key in keys:
             self._undo.append((key, self.upload(*key)))
 
