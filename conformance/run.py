@@ -166,7 +166,7 @@ class Run:
         first, last = self._line + 1, self._bench.link.line if self._bench else 0
         now = self._bench.link.now() if self._bench else 0.0
         failed = [m for m in verdict.measurements if not m.ok]
-        decisive = (failed or verdict.measurements)[:1] if failed else verdict.measurements[-1:]
+        decisive = failed[:1] or verdict.measurements[-1:]
         shown = decisive[0] if decisive and word in ("pass", "fail") else None
         manual = self.spec.cite(case.section) if case.section else ""
         return Item(

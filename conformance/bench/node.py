@@ -142,10 +142,12 @@ class Node:
             self._commanded = True
         return self.link.send(frame)
 
-    def reset(self, command: NmtCommand = NmtCommand.RESET_NODE) -> None:
+    def reset(
+        self, command: NmtCommand = NmtCommand.RESET_NODE, *, node_id: int | None = None
+    ) -> None:
         """Reset the node and wait until it answers again, with or without a boot-up message."""
         mark = self.link.mark()
-        self.nmt(command)
+        self.nmt(command, node_id=node_id)
         self.was_reset = True
         self.await_boot_up(mark)
 
@@ -214,7 +216,7 @@ class Node:
         """
         steps: list[Callable[[], None]] = [self.reset]
         if self._alone:
-            steps.append(self._reset_all)
+            steps.append(lambda: self.reset(node_id=0))
         if self.link.rig is not None:
             steps.append(self.power_cycle)
         for step in steps:
@@ -230,9 +232,3 @@ class Node:
             f"node {self.node_id} does not answer any more within {self.channel.timeout_s:g} s, "
             f"not even after a reset{more}"
         )
-
-    def _reset_all(self) -> None:
-        mark = self.link.mark()
-        self.nmt(NmtCommand.RESET_NODE, node_id=0)
-        self.was_reset = True
-        self.await_boot_up(mark)

@@ -54,26 +54,25 @@ class TpdoPort:
         return frame.can_id == self._can_id and not frame.remote and not frame.extended
 
     @property
-    def can_be_disabled(self) -> bool:
-        """The manual lets the COB-ID be written."""
-        return self._documented(self._communication, _COB_ID)
-
-    @property
     def can_be_mapped(self) -> bool:
         """The manual lets the mapping be written."""
-        return self._documented(self._mapping, 0) and self._documented(self._mapping, 1)
+        return self._writable(self._mapping, 0) and self._writable(self._mapping, 1)
 
-    def _documented(self, index: int, sub: int) -> bool:
+    def _writable(self, index: int, sub: int) -> bool:
         entry = self._node.spec.entry(index, sub)
         return entry is not None and entry.writable
 
     def disable(self) -> None:
-        """Set bit 31 of the COB-ID."""
-        self._node.download(self._communication, _COB_ID, self._cob_id | _NOT_VALID)
+        """Set bit 31 of the COB-ID, where the manual lets it be written."""
+        self._write_cob_id(self._cob_id | _NOT_VALID)
 
     def enable(self) -> None:
-        """Clear bit 31 of the COB-ID."""
-        self._node.download(self._communication, _COB_ID, self._cob_id & ~_NOT_VALID)
+        """Clear bit 31 of the COB-ID, where the manual lets it be written."""
+        self._write_cob_id(self._cob_id & ~_NOT_VALID)
+
+    def _write_cob_id(self, word: int) -> None:
+        if self._writable(self._communication, _COB_ID):
+            self._node.download(self._communication, _COB_ID, word)
 
     def configure(
         self, transmission_type: int, *, event_ms: int = 0, mapped: Sequence[Entry] = ()
@@ -85,16 +84,14 @@ class TpdoPort:
             event_ms: Event timer; 0 switches it off.
             mapped: Objects to map; the mapping stays as it is when empty.
         """
-        if self.can_be_disabled:
-            self.disable()
+        self.disable()
         self._node.download(self._communication, _TYPE, transmission_type)
-        if self._documented(self._communication, _INHIBIT):
+        if self._writable(self._communication, _INHIBIT):
             self._node.download(self._communication, _INHIBIT, 0)
         self._node.download(self._communication, _EVENT_TIMER, event_ms)
         if mapped:
             self._map(mapped)
-        if self.can_be_disabled:
-            self.enable()
+        self.enable()
 
     def _map(self, mapped: Sequence[Entry]) -> None:
         self._node.download(self._mapping, 0, 0)

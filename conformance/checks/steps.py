@@ -10,8 +10,20 @@ from conformance.checks.cases import Limits, is_mapping, is_pdo_object, legal_va
 from conformance.errors import NodeTimeout, SetupRefused
 from conformance.spec.document import Tpdo
 from conformance.spec.model import Entry, address, is_legal
+from conformance.wire.nmt import NmtCommand, NmtState
 
 COB_ID_SUB = 1
+ENTER = {
+    NmtState.OPERATIONAL: NmtCommand.START,
+    NmtState.STOPPED: NmtCommand.STOP,
+    NmtState.PRE_OPERATIONAL: NmtCommand.ENTER_PRE_OPERATIONAL,
+}
+"""The command that leads to each state."""
+
+
+def state_word(state: NmtState) -> str:
+    """Return a state as specs and item ids write it: ``pre-operational``."""
+    return state.name.lower().replace("_", "-")
 
 
 def make_writable(node: Node, entry: Entry) -> None:
@@ -22,9 +34,7 @@ def make_writable(node: Node, entry: Entry) -> None:
     mapping = is_mapping(entry, node.spec)
     first = tpdo.mapping if mapping else tpdo.communication
     if mapping or entry.sub != COB_ID_SUB:
-        port = TpdoPort(node, tpdo, entry.index - first + 1)
-        if port.can_be_disabled:
-            port.disable()
+        TpdoPort(node, tpdo, entry.index - first + 1).disable()
     if mapping and entry.sub > 0:
         node.download(entry.index, 0, 0)
 

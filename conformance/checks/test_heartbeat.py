@@ -7,8 +7,7 @@ from collections.abc import Iterable
 from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of, state_of
 from conformance.bench.node import Node
 from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
-from conformance.checks.steps import require_alive
-from conformance.checks.test_nmt import TO
+from conformance.checks.steps import ENTER, require_alive, state_word
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, address
@@ -145,8 +144,8 @@ def test_heartbeat_is_never_faster_than_documented(
 
 def _states(spec: DeviceSpec) -> Iterable[Case]:
     producer = spec.services.heartbeat_producer
-    for state in TO:
-        word = state.name.lower().replace("_", "-")
+    for state in ENTER:
+        word = state_word(state)
         if producer is not None and word in producer.states:
             yield Case(word, state, producer.source)
 
@@ -159,7 +158,7 @@ def test_heartbeat_carries_the_state(
 ) -> None:
     """In each state heartbeats come and carry that state, one octet with bit 7 clear."""
     heartbeat.set(heartbeat.typical_ms)
-    node.nmt(TO[state])
+    node.nmt(ENTER[state])
 
     seen = heartbeat.collect(4, 8 * heartbeat.typical_ms / 1000)
 

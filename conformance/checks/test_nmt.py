@@ -8,7 +8,7 @@ from typing import NamedTuple
 from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of
 from conformance.bench.node import Node
 from conformance.checks import cases
-from conformance.checks.steps import own_value
+from conformance.checks.steps import ENTER, own_value, state_word
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, Entry
@@ -19,11 +19,6 @@ from conformance.wire.nmt import NmtCommand, NmtState
 
 NMT = f"{CIA301}, 7.2.8.2.1"
 STATES = f"{CIA301}, 7.3.2.2"
-TO = {
-    NmtState.OPERATIONAL: NmtCommand.START,
-    NmtState.STOPPED: NmtCommand.STOP,
-    NmtState.PRE_OPERATIONAL: NmtCommand.ENTER_PRE_OPERATIONAL,
-}
 
 
 class Transition(NamedTuple):
@@ -34,17 +29,13 @@ class Transition(NamedTuple):
     broadcast: bool
 
 
-def _word(state: NmtState) -> str:
-    return state.name.lower().replace("_", "-")
-
-
 def _transitions(spec: DeviceSpec) -> Iterable[Case]:
     for broadcast in (False, True):
-        for before in TO:
-            for after in TO:
+        for before in ENTER:
+            for after in ENTER:
                 if before is not after:
                     suffix = "/broadcast" if broadcast else ""
-                    label = f"{_word(before)}-to-{_word(after)}{suffix}"
+                    label = f"{state_word(before)}-to-{state_word(after)}{suffix}"
                     yield Case(
                         label,
                         Transition(before, after, broadcast),
@@ -59,26 +50,28 @@ def test_command_changes_the_state(
 ) -> None:
     """Start, stop and enter Pre-operational lead to their state, addressed and as broadcast."""
     heartbeat.state()
-    node.nmt(TO[transition.before])
+    node.nmt(ENTER[transition.before])
     if heartbeat.state_now() != name_of(transition.before):
         raise SetupRefused(f"the node did not enter {name_of(transition.before)}")
 
-    node.nmt(TO[transition.after], node_id=0 if transition.broadcast else None)
+    node.nmt(ENTER[transition.after], node_id=0 if transition.broadcast else None)
 
     seen = heartbeat.state_now()
     if seen == NO_HEARTBEAT:
-        raise SetupRefused(f"no heartbeat shows the state, see HB-05 ({_word(transition.after)})")
+        raise SetupRefused(
+            f"no heartbeat shows the state, see HB-05 ({state_word(transition.after)})"
+        )
     verdict.equal("state", seen, name_of(transition.after))
 
 
 def _states(spec: DeviceSpec) -> Iterable[Case]:
-    return (Case(_word(state), state, spec.services.nmt.source) for state in TO)
+    return (Case(state_word(state), state, spec.services.nmt.source) for state in ENTER)
 
 
 @requirement("NMT-02", level="shall", cases=("state", _states), source=f"{CIA301}, 7.3.2.2.5")
 def test_sdo_is_served_in_its_states_only(node: Node, state: NmtState, verdict: Verdict) -> None:
     """SDO requests are answered in Pre-operational and Operational, and not in Stopped."""
-    node.nmt(TO[state])
+    node.nmt(ENTER[state])
 
     served = node.answers()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -12,8 +12,7 @@ from conformance.bench.node import Node
 from conformance.bench.tpdo import ASYNCHRONOUS, TpdoPort
 from conformance.checks import cases
 from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
-from conformance.checks.steps import COB_ID_SUB, require_alive, tpdo_service
-from conformance.checks.test_nmt import TO
+from conformance.checks.steps import COB_ID_SUB, ENTER, require_alive, tpdo_service
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, Entry, address
@@ -69,18 +68,15 @@ def _disablable(spec: DeviceSpec) -> Iterable[Case]:
             yield case
 
 
-def _with_figures(spec: DeviceSpec, unit: str, figures: Sequence[int]) -> Iterable[Case]:
+def _with_figures(spec: DeviceSpec, words: dict[int, str]) -> Iterable[Case]:
     for case in _tpdos(spec):
-        for figure in figures:
-            label = (
-                f"{case.label}/{figure}{unit}" if unit == "ms" else f"{case.label}/type-{figure}"
-            )
-            yield Case(label, Numbered(case.subject, figure), case.section)
+        for figure, word in words.items():
+            yield Case(f"{case.label}/{word}", Numbered(case.subject, figure), case.section)
 
 
 def _event_timers(spec: DeviceSpec) -> Iterable[Case]:
     shortest = spec.services.tpdo.min_cycle_ms if spec.services.tpdo else None
-    return _with_figures(spec, "ms", sorted({max(shortest or 0, 20), 100}))
+    return _with_figures(spec, {n: f"{n}ms" for n in sorted({max(shortest or 0, 20), 100})})
 
 
 def _sync_types(spec: DeviceSpec) -> Iterable[Case]:
@@ -91,7 +87,7 @@ def _sync_types(spec: DeviceSpec) -> Iterable[Case]:
         for n in (1, 2, 3, 240)
         if any(int(a) <= n <= int(b) for a, b in spec.services.tpdo.transmission_types)
     ]
-    return _with_figures(spec, "", allowed)
+    return _with_figures(spec, {n: f"type-{n}" for n in allowed})
 
 
 def _port(node: Node, number: int) -> TpdoPort:
@@ -101,9 +97,8 @@ def _port(node: Node, number: int) -> TpdoPort:
 def _others_off(node: Node, number: int) -> None:
     """Disable the TPDOs that are not tried, so that they do not load the bus."""
     for other in range(1, tpdo_service(node).count + 1):
-        port = _port(node, other)
-        if other != number and port.can_be_disabled:
-            port.disable()
+        if other != number:
+            _port(node, other).disable()
 
 
 @requirement(
@@ -118,7 +113,7 @@ def test_tpdo_is_sent_in_operational_only(node: Node, number: int, verdict: Verd
     port = _port(node, number)
     _set_up(node, port, ASYNCHRONOUS, EVENT_MS)
     for state in (NmtState.OPERATIONAL, NmtState.STOPPED, NmtState.PRE_OPERATIONAL):
-        node.nmt(TO[state])
+        node.nmt(ENTER[state])
         node.link.listen(EVENT_MS / 1000, port.matches)
 
         seen = len(port.listen(WINDOW_S))
