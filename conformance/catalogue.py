@@ -42,7 +42,7 @@ def build(spec: DeviceSpec) -> dict[str, Any]:
     return {
         "device": spec.name,
         "variant": spec.variant,
-        "manual": spec.cite("").rstrip(", "),
+        "manual": spec.manual.name,
         "requirements": requirements,
         "uncovered_objects": [
             entry.address for entry in spec.entries.values() if entry.address not in touched

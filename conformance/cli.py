@@ -59,7 +59,7 @@ def devices() -> None:
                 name,
                 f"{info.vendor} {info.name}",
                 ", ".join(file.variants),
-                f"{manual.title} {manual.revision}",
+                manual.name,
             )
         )
     console.table(("device", "product", "variants", "manual"), rows)

@@ -274,7 +274,7 @@ class Run:
             "variant": spec.variant,
             "node_id": spec.node_id,
             "serial": self.options.serial,
-            "manual": spec.cite("").rstrip(", "),
+            "manual": spec.manual.name,
         }
 
 

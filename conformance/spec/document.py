@@ -87,11 +87,16 @@ class DeviceInfo(StrictModel):
 
 
 class ManualInfo(StrictModel):
-    """The manual every ``source`` refers to."""
+    """The manual every ``source`` refers to; some print neither revision nor date."""
 
     title: str
-    revision: str
-    date: Date
+    revision: str | None = None
+    date: Date | None = None
+
+    @property
+    def name(self) -> str:
+        """Title, and revision where one is printed."""
+        return self.title if self.revision is None else f"{self.title} {self.revision}"
 
 
 class Factory(StrictModel):

@@ -196,4 +196,4 @@ class DeviceSpec:
 
     def cite(self, section: str) -> str:
         """Return a citation: manual, revision and section."""
-        return f"{self.manual.title} {self.manual.revision}, {section}"
+        return f"{self.manual.name}, {section}"

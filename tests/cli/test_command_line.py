@@ -25,7 +25,10 @@ def test_devices_lists_the_built_in_specs(command: Callable[..., Any]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["run", "siko_ims36"], "DEVICE: expected a path or one of siko_ims360, got 'siko_ims36'"),
+        (
+            ["run", "siko_ims36"],
+            "DEVICE: expected a path or one of baumer_gim140r, danfoss_dst_x730, siko_ims360, got 'siko_ims36'",
+        ),
         (["run", "nowhere/x.yaml"], "DEVICE: expected a readable file, got 'nowhere/x.yaml'"),
         (["run", "siko_ims360", "--variant", "three-axis"], "--variant: expected one of one-axis"),
         (["run", "siko_ims360", "--node-id", "128"], "--node-id: expected 1 to 127, got 128"),
