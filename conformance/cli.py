@@ -10,14 +10,21 @@ from typing import Annotated, Literal
 
 import typer
 
-from conformance import catalogue as catalogue_page
+from conformance import catalogue as catalogue_of
 from conformance import resources, runner
-from conformance.errors import ConformanceError, SpecError
+from conformance.errors import ConformanceError, Problem, SpecError
 from conformance.options import RunOptions
-from conformance.report import spec_page
+from conformance.report import catalogue_page, spec_page
 from conformance.report.console import console
 from conformance.run import Run
-from conformance.spec.load import find_problems, load_spec
+from conformance.spec.load import SpecFile, find_problems, load_spec
+from conformance.spec.statements import (
+    find_statement_problems,
+    is_statements_file,
+    load_statements,
+    spec_of,
+    statements_of,
+)
 
 BENCH_FAILED = 2
 WRONG_USAGE = 3
@@ -130,17 +137,31 @@ def show(
 
 
 @spec_app.command()
-def lint(files: Annotated[list[Path], typer.Argument(help="Spec files.")]) -> None:
-    """Report every problem of some spec files."""
-    problems = []
-    for path in files:
+def lint(files: Annotated[list[Path], typer.Argument(help="Spec or statements files.")]) -> None:
+    """Report every problem of some spec files and of the statements beside them."""
+    problems: list[Problem] = []
+    for path in dict.fromkeys(spec_of(p) if is_statements_file(p) else p for p in files):
+        asked = statements_of(path) in files
         file, found = find_problems(path)
         problems += found
-        if file is not None:
-            entries = len(file.resolve().entries)
-            console.say(f"{path}: good ({entries} entries, {len(file.variants)} variants)")
+        if file is None:
+            continue
+        entries = len(file.resolve().entries)
+        console.say(f"{path}: good ({entries} entries, {len(file.variants)} variants)")
+        if asked or statements_of(path).exists():
+            problems += _lint_statements(file)
     if problems:
         raise SpecError(*problems)
+
+
+def _lint_statements(spec: SpecFile) -> list[Problem]:
+    statements, problems = find_statement_problems(spec)
+    if statements is not None:
+        problems = catalogue_of.find_requirement_problems(spec, statements)
+        if not problems:
+            path, count = statements.yaml.path, len(statements.statements)
+            console.say(f"{path}: good ({count} statements)")
+    return problems
 
 
 @app.command()
@@ -149,9 +170,9 @@ def catalogue(
     variant: VariantOption = None,
     format: Annotated[Literal["md", "json"], typer.Option(help="md or json")] = "md",  # noqa: A002 - the option's name
 ) -> None:
-    """List the requirements, their sources and checks, and what they apply to in a device."""
-    spec = load_spec(resources.find("device_specs", device, "DEVICE")).resolve(variant)
-    made = catalogue_page.build(spec)
+    """List requirements, the manual's statements and checks as one matrix, and what is not covered."""
+    file = load_spec(resources.find("device_specs", device, "DEVICE"))
+    made = catalogue_of.build(file, variant, load_statements(file))
     text = json.dumps(made, indent=1) if format == "json" else catalogue_page.to_markdown(made)
     sys.stdout.write(text + "\n")
 

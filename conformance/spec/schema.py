@@ -1,4 +1,4 @@
-"""The JSON Schema of device spec files, for editors; ``python -m conformance.spec.schema`` writes it."""
+"""The JSON Schemas of spec and statements files, for editors; ``python -m conformance.spec.schema``."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
 from conformance.spec.document import SpecDocument
+from conformance.spec.statements import StatementsDocument
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 DEFAULT_PATH = Path("device_specs/schema.json")
+STATEMENTS_NAME = "statements.schema.json"
 _INTEGER_KEY = r"^-?(0x[0-9A-Fa-f]+|0b[01]+|0o[0-7]+|[0-9]+)$"
 
 
@@ -41,10 +43,18 @@ def json_schema() -> dict[str, Any]:
     return {**schema, "title": "CANopen device spec"}
 
 
+def statements_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a statements file."""
+    schema = StatementsDocument.model_json_schema(schema_generator=_Generator)
+    return {**schema, "title": "Statements of a device's manual"}
+
+
 def write(path: Path) -> None:
-    """Write the schema to a file."""
-    text = json.dumps(json_schema(), indent=2, ensure_ascii=False)
-    path.write_text(text + "\n", encoding="utf-8", newline="\n")
+    """Write the schema of specs to a file and that of statements beside it."""
+    schemas = {path: json_schema(), path.with_name(STATEMENTS_NAME): statements_schema()}
+    for place, schema in schemas.items():
+        text = json.dumps(schema, indent=2, ensure_ascii=False)
+        place.write_text(text + "\n", encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":
