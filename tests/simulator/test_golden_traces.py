@@ -64,7 +64,7 @@ UNMENDED: Final = {
 
 _FRAME: Final = re.compile(r"\(?[<>] ([0-9A-F]{3})#((?:[0-9A-F]{2}|\.\.){0,8})\)?")
 _ACT: Final = re.compile(
-    r"! (power-cycle|tilt|error|error-gone|silence)((?: -?\d+\.\d){2}| 0x[0-9A-F]{4}| \d+)?"
+    r"! (?:power-cycle|tilt(?: -?\d+\.\d+){2}|error(?:-gone)? 0x[0-9A-F]{4}|silence \d+)"
 )
 _PLACE: Final = re.compile(r"\{(\w+)\}")
 _STATES: Final = {"operational": NmtCommand.START, "stopped": NmtCommand.STOP}
@@ -256,23 +256,29 @@ class Replay:
 
     def __init__(self, case: Case) -> None:
         self.device = case.build()
+        self._trace = case.trace
         self._now_ns = 0
         self._sent: deque[Frame] = deque()
         for name, value in case.trace.given.world.items():
             setattr(self.device.world, name, value)
         self.device.power_on(0)
         self._wait(PATIENCE_NS)
-        node_id = self.device.node_id
         for address, value in case.trace.given.written.items():
             self._sent.clear()
             self._write(to_key(address), value)
         command = _STATES.get(case.trace.given.state)
         if command is not None:
-            self._take(nmt.encode_request(NmtRequest(command, node_id)))
+            self._take(nmt.encode_request(NmtRequest(command, self.device.node_id)))
         self._wait(REST_NS)
         self._sent.clear()
 
-    def play(self, line: str) -> None:
+    def play_all(self) -> None:
+        for line in self._trace.lines:
+            self._play(line)
+        self._expect_silence(REST_NS, before="the end")
+        assert self.device.bitrate == self._trace.bitrate_after or not self._trace.bitrate_after
+
+    def _play(self, line: str) -> None:
         match = _FRAME.fullmatch(line)
         if match is None:
             self._act(*line.split()[1:])
@@ -281,9 +287,6 @@ class Replay:
             self._take(to_frame(match[1], match[2]))
         else:
             self._expect(f"{match[1]}#{match[2]}")
-
-    def finish(self) -> None:
-        self._expect_silence(REST_NS, before="the end")
 
     def _act(self, name: str, *values: str) -> None:
         device = self.device
@@ -352,20 +355,12 @@ def replayed() -> Iterator[object]:
 
 @pytest.mark.parametrize("case", list(replayed()))
 def test_the_simulated_device_sends_what_the_manual_prints(case: Case) -> None:
-    replay = Replay(case)
-
-    for line in case.trace.lines:
-        replay.play(line)
-    replay.finish()
-
-    assert replay.device.bitrate == case.trace.bitrate_after or not case.trace.bitrate_after
+    Replay(case).play_all()
 
 
-def test_every_manual_has_its_traces() -> None:
-    specs = {path.stem for path in data("device_specs").glob("*.yaml")}
-
-    assert set(FILES) == {name for name in specs if not name.endswith(".statements")}
-    assert all(file.device == name for name, file in FILES.items())
+def test_a_file_is_named_after_its_device() -> None:
+    assert set(FILES) >= {"siko_ims360", "baumer_gim140r", "danfoss_dst_x730"}
+    assert [file.device for file in FILES.values()] == list(FILES)
 
 
 def test_what_is_unmended_is_a_trace() -> None:
@@ -389,6 +384,26 @@ def test_sdo_requests_fit_the_object_dictionary(case: Case) -> None:
             assert len(request.data) == entry.type.size
         elif isinstance(request, sdo.InitiateUpload):
             assert entries[request.index, request.sub].readable
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        (["! power-cycle", "< 732#7F"], "expected 732#7F, got 732#00"),
+        (["! power-cycle", "< 732#00", "< 732#00"], "expected 732#00, got silence"),
+        (["> 632#4000100000000000"], "silence before the end, got 5B2#430010009A010307"),
+        (["> 632#4000100000000000", "! silence 1"], "silence before the next line, got 5B2"),
+        (["> 632#4000100000000000", "< 5B2#43001000......07"], None),
+    ],
+)
+def test_a_replay_notices_every_difference(lines: list[str], message: str | None) -> None:
+    replay = Replay(Case("siko_ims360", Trace(id="a", source="1", what="w", frames=lines)))
+
+    if message is None:
+        replay.play_all()
+    else:
+        with pytest.raises(AssertionError, match=message):
+            replay.play_all()
 
 
 GOOD: Final = """\
