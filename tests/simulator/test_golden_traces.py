@@ -35,14 +35,14 @@ _UNMENDED_BY_REASON: Final = {
         "baumer_gim140r/preset-x baumer_gim140r/preset-y baumer_gim140r/preset-z "
         "danfoss_dst_x730/example-05 danfoss_dst_x730/example-06 danfoss_dst_x730/example-07"
     ),
-    "the resolution does not scale the slopes": (
+    "the resolution does not scale the slopes": "danfoss_dst_x730/example-09",
+    "no PDO is longer than the objects mapped": (
+        "danfoss_dst_x730/pdo-x-0-y-0 danfoss_dst_x730/pdo-x-0-y-0-again "
         "danfoss_dst_x730/pdo-x-plus-45 danfoss_dst_x730/pdo-x-minus-45 "
         "danfoss_dst_x730/pdo-y-plus-45 danfoss_dst_x730/pdo-y-minus-45 "
-        "danfoss_dst_x730/example-09"
-    ),
-    "a one-axis sensor's lateral slope follows a tilt": (
         "danfoss_dst_x730/pdo-z-minus-180 danfoss_dst_x730/pdo-z-minus-90 "
-        "danfoss_dst_x730/pdo-z-0 danfoss_dst_x730/pdo-z-plus-90"
+        "danfoss_dst_x730/pdo-z-0 danfoss_dst_x730/pdo-z-plus-90 "
+        "baumer_gim140r/tpdo1 baumer_gim140r/tpdo1-redundant"
     ),
     "the sign is not inverted": "danfoss_dst_x730/example-08",
     "no object asks for the automatic start": "danfoss_dst_x730/example-04",
