@@ -13,6 +13,7 @@ from conformance.catalogue import STATUSES, build, find_requirement_problems
 from conformance.report.catalogue_page import to_markdown
 from conformance.resources import data, names
 from conformance.spec.load import SpecFile, load_spec
+from conformance.spec.model import address
 from conformance.spec.statements import StatementsFile, load_statements, statements_of
 
 Write: TypeAlias = Callable[..., SpecFile]
@@ -162,9 +163,21 @@ def test_requirements_named_by_statements_of_the_house_apply(name: str) -> None:
     assert [str(problem) for problem in find_requirement_problems(spec, statements)] == []
 
 
-def objects_of(paths: list[str]) -> set[str]:
-    parts = [path.split("/") for path in paths]
-    return {f"{int(part[1], 0):04X}h" for part in parts if part[0] == "objects"}
+def entries_of(paths: list[str]) -> set[str]:
+    """Return the addresses that some paths of a spec point into, ``1017h`` or ``1018h:01``."""
+    found = set()
+    for path in paths:
+        match path.split("/"):
+            case ["objects", index, "subs", sub, *_]:
+                found.add(address(int(index, 0), int(sub, 0)))
+            case ["objects", index, *_]:
+                found.add(address(int(index, 0)))
+    return found
+
+
+def overlap(one: str, other: str) -> bool:
+    """Tell whether two addresses are the same or one is the object of the other."""
+    return one == other or one == other.partition(":")[0] or other == one.partition(":")[0]
 
 
 def unfounded(spec: SpecFile, statements: StatementsFile) -> list[str]:
@@ -172,14 +185,13 @@ def unfounded(spec: SpecFile, statements: StatementsFile) -> list[str]:
     found = []
     for variant in spec.variants:
         for r in build(spec, variant, statements)["requirements"]:
-            labels = [item.split("/", 2)[2] for item in r["items"]]
-            judged = {label.partition(":")[0] for label in labels}
+            judged = {item.split("/")[2] for item in r["items"]}
             found += [
                 f"{s.id} names {r['id']}, which has no item on {', '.join(sorted(wanted))}"
                 for s in statements.statements
                 if s.id in r["statements"]
-                and (wanted := objects_of(s.encoded))
-                and not wanted & judged
+                and (wanted := entries_of(s.encoded))
+                and not any(overlap(a, b) for a in wanted for b in judged)
             ]
     return sorted(set(found))
 
