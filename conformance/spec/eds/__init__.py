@@ -1,0 +1,1 @@
+"""Electronic data sheets (CiA 306): read, turned into a device spec, written, held against one."""
