@@ -12,19 +12,14 @@ import typer
 
 from conformance import catalogue as catalogue_of
 from conformance import resources, runner
-from conformance.errors import ConformanceError, Problem, SpecError
+from conformance.errors import ConformanceError, SpecError
 from conformance.options import RunOptions
-from conformance.report import catalogue_page, spec_page
+from conformance.report import catalogue_page
 from conformance.report.console import console
 from conformance.run import Run
-from conformance.spec.load import SpecFile, find_problems, load_spec
-from conformance.spec.statements import (
-    find_statement_problems,
-    is_statements_file,
-    load_statements,
-    spec_of,
-    statements_of,
-)
+from conformance.spec.load import load_spec
+from conformance.spec.statements import load_statements
+from conformance.spec_commands import Device, NodeIdOption, VariantOption, spec_app
 
 BENCH_FAILED = 2
 WRONG_USAGE = 3
@@ -46,12 +41,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-spec_app = typer.Typer(help="Look at and check device specs.", no_args_is_help=True)
 app.add_typer(spec_app, name="spec")
-
-Device = Annotated[str, typer.Argument(help="Built-in name (see `devices`) or path of a spec.")]
-VariantOption = Annotated[str | None, typer.Option(help="Variant; the spec's first by default.")]
-NodeIdOption = Annotated[int | None, typer.Option(help="Node-ID, 1 to 127; the factory's default.")]
 
 
 @app.command()
@@ -81,6 +71,9 @@ def run(
     variant: VariantOption = None,
     node_id: NodeIdOption = None,
     serial: Annotated[str, typer.Option(help="Serial number for the record.")] = "",
+    eds: Annotated[
+        str | None, typer.Option(help="The device's EDS, to be heard at each deviation.")
+    ] = None,
     select: Annotated[
         str, typer.Option(help="Only items whose id matches, as pytest's -k: 'HB or OD-10'.")
     ] = "",
@@ -109,6 +102,7 @@ def run(
         bench=bench,
         node_id=node_id,
         serial=serial,
+        eds=eds,
         simulate_spec=simulate_spec,
         faults=tuple(fault or ()),
         readings=tuple(reading or ()),
@@ -118,50 +112,6 @@ def run(
         select=select,
     )
     raise _Judged(runner.run(Run(options)))
-
-
-@spec_app.command()
-def show(
-    device: Device,
-    variant: VariantOption = None,
-    node_id: NodeIdOption = None,
-    format: Annotated[Literal["table", "json"], typer.Option(help="table or json")] = "table",  # noqa: A002 - the option's name
-) -> None:
-    """Show what a spec says, expressions evaluated."""
-    file = load_spec(resources.find("device_specs", device, "DEVICE"))
-    spec = file.resolve(variant, node_id)
-    if format == "json":
-        sys.stdout.write(json.dumps(spec_page.to_json(spec), indent=1) + "\n")
-    else:
-        spec_page.print_table(spec, console)
-
-
-@spec_app.command()
-def lint(files: Annotated[list[Path], typer.Argument(help="Spec or statements files.")]) -> None:
-    """Report every problem of some spec files and of the statements beside them."""
-    problems: list[Problem] = []
-    for path in dict.fromkeys(spec_of(p) if is_statements_file(p) else p for p in files):
-        asked = statements_of(path) in files
-        file, found = find_problems(path)
-        problems += found
-        if file is None:
-            continue
-        entries = len(file.resolve().entries)
-        console.say(f"{path}: good ({entries} entries, {len(file.variants)} variants)")
-        if asked or statements_of(path).exists():
-            problems += _lint_statements(file)
-    if problems:
-        raise SpecError(*problems)
-
-
-def _lint_statements(spec: SpecFile) -> list[Problem]:
-    statements, problems = find_statement_problems(spec)
-    if statements is not None:
-        problems = catalogue_of.find_requirement_problems(spec, statements)
-        if not problems:
-            path, count = statements.yaml.path, len(statements.statements)
-            console.say(f"{path}: good ({count} statements)")
-    return problems
 
 
 @app.command()

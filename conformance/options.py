@@ -28,6 +28,7 @@ class RunOptions:
     bench: str = "simulator"
     node_id: int | None = None
     serial: str = ""
+    eds: str | None = None
     simulate_spec: str | None = None
     faults: tuple[str, ...] = ()
     readings: tuple[str, ...] = ()
@@ -45,6 +46,7 @@ class RunOptions:
             bench=option.bench,
             node_id=option.node_id,
             serial=option.serial,
+            eds=option.eds,
             simulate_spec=option.simulate_spec,
             faults=tuple(option.fault),
             readings=tuple(option.reading),

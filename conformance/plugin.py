@@ -18,6 +18,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--bench", default="simulator", help="bench: built-in name or path")
     group.addoption("--node-id", type=int, help="node-ID of the device under test, 1..127")
     group.addoption("--serial", default="", help="serial number to put on the record")
+    group.addoption("--eds", help="the device's EDS, to be heard at each deviation")
     group.addoption("--simulate-spec", help="build the simulated device from this spec instead")
     group.addoption(
         "--fault", action="append", default=[], help="defect of the simulated device (repeatable)"

@@ -6,6 +6,7 @@ import itertools
 import platform
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -18,9 +19,11 @@ from conformance.checks import JUDGED_SERVICES
 from conformance.effects import Effect
 from conformance.errors import BenchError
 from conformance.options import RunOptions, refusal, selection, simulation
+from conformance.report.eds_word import EdsWord
 from conformance.report.junit import explain, write_junit
 from conformance.report.results import Item, Results
 from conformance.requirements import Case, Requirement
+from conformance.spec.eds.reader import read_eds
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
 from conformance.verdict import Verdict, VerdictWord
@@ -50,6 +53,7 @@ class Run:
         self._factory = file.document.factory
         self.strict = options.strict
         self._selection = selection(options.select)
+        self._eds = None if options.eds is None else EdsWord(read_eds(Path(options.eds)), self.spec)
         self._simulation = simulation(options, self.definition, self.spec)
         self.results = Results(self._provenance(), self._device(), strict=options.strict)
         self.directory: Path | None = None
@@ -169,7 +173,7 @@ class Run:
         decisive = failed[:1] or verdict.measurements[-1:]
         shown = decisive[0] if decisive and word in ("pass", "fail") else None
         manual = self.spec.cite(case.section) if case.section else ""
-        return Item(
+        item = Item(
             id=self.item_id(requirement, case),
             requirement=requirement.id,
             sentence=requirement.sentence,
@@ -190,6 +194,9 @@ class Run:
                 {"quantity": m.quantity, "expected": m.expected, "actual": m.actual} for m in failed
             ),
         )
+        if self._eds is None or word != "fail":
+            return item
+        return replace(item, eds=self._eds.on(item))
 
     def record(self, item: Item) -> None:
         """Add a result to the record, and save the record now and then."""
@@ -246,6 +253,8 @@ class Run:
             "suite": version("canopen-conformance"),
             "spec": self.spec.name,
             "spec_sha256": self.spec.sha256,
+            "eds": self._eds.name if self._eds else "",
+            "eds_sha256": self._eds.sha256 if self._eds else "",
             "bench": options.bench,
             "interface": self.definition.interface,
             "bitrate": self.definition.bitrate or self.spec.bitrate,

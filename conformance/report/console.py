@@ -28,6 +28,10 @@ class Terminal:
         """Print an error to standard error."""
         self._err.print(f"[bold red]error:[/] {escape(_printable(text))}")
 
+    def warn(self, text: str) -> None:
+        """Print a warning to standard error."""
+        self._err.print(f"[yellow]warning:[/] {escape(_printable(text))}")
+
     def table(self, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
         """Print a table; a row stays on its line when the output is no terminal."""
         table = Table(box=None, pad_edge=False, header_style="bold")

@@ -84,7 +84,12 @@ def explain(item: Item) -> str:
             f"    expected  {deviation['expected']}",
             f"    actual    {deviation['actual']}",
         ]
-    lines += [f"  source    {item.source} (level {item.level})", f"  wire      {item.trace}"]
+    lines.append(f"  source    {item.source} (level {item.level})")
+    if item.eds:
+        lines.append(f"  EDS       {item.eds['says']}")
+    if item.eds.get("stands"):
+        lines.append(f"            {item.eds['stands']}")
+    lines.append(f"  wire      {item.trace}")
     return "\n".join(lines)
 
 

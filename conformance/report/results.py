@@ -45,6 +45,7 @@ class Item:
         trace: Slice of the trace, ``trace.log:12-40``.
         readings: Ambiguity to the reading that the device follows here.
         deviations: Every comparison that failed.
+        eds: What the EDS says of a deviation's object, and who stands alone; empty without an EDS.
     """
 
     id: str
@@ -64,6 +65,7 @@ class Item:
     trace: str = ""
     readings: Mapping[str, int] = field(default_factory=dict)
     deviations: tuple[Mapping[str, str], ...] = ()
+    eds: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
