@@ -96,8 +96,7 @@ class EntryReader:
     def _read_access(self, section: IniSection, entry: EdsEntry) -> None:
         line = section.get(_KEYS["access"])
         if line is None:
-            if section.get("ObjectType") is None or section.get("DataType") is not None:
-                self._file.warn(section.line, section.name, "expected AccessType, got none")
+            self._file.warn(section.line, section.name, "expected AccessType, got none")
             return
         word = line.value.partition(";")[0].strip().lower()
         entry.access, whole = _ACCESS.get(word, (None, False))
@@ -110,7 +109,7 @@ class EntryReader:
     def _read_figures(self, section: IniSection, entry: EdsEntry) -> None:
         line = section.get(_KEYS["type"])
         if line is None:
-            if section.get("AccessType") is not None and not self._is_domain(section):
+            if not self._is_domain(section):
                 self._file.warn(section.line, section.name, "expected DataType, got none")
         else:
             self._read_type(section, entry, line)

@@ -88,7 +88,7 @@ class _Objects:
             yield from self._entry(entries[0])
             return
         yield f"[{index:04X}]"
-        yield f"ParameterName={_name(self._title(index, entries[0]))}"
+        yield f"ParameterName={_name(self._title(index))}"
         yield f"ObjectType=0x{_object_type(entries):X}"
         yield f"SubNumber={len(entries)}"
         if reserved:
@@ -98,9 +98,10 @@ class _Objects:
             yield f"[{index:04X}sub{entry.sub:X}]"
             yield from self._entry(entry)
 
-    def _title(self, index: int, first: Entry) -> str:
+    def _title(self, index: int) -> str:
+        """Return the name of an object; one that only a reading adds has none of its own."""
         doc = self.file.document.objects.get(index)
-        return first.name if doc is None else doc.name
+        return f"Object {index:04X}h" if doc is None else doc.name
 
     def _entry(self, entry: Entry) -> Iterator[str]:
         versions = [probe.entries[entry.key] for probe in self.probes]
