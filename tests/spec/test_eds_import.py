@@ -390,6 +390,16 @@ def test_a_file_without_objects_is_refused(text: str, tmp_path: Path) -> None:
         convert(tmp_path, text.encode())
 
 
+def test_an_eds_too_large_for_a_spec_is_refused(tmp_path: Path) -> None:
+    objects = "".join(
+        f"[{index:04X}]\nParameterName={'x' * 240}\nObjectType=8\nCompactSubObj=254\nDataType=5\nAccessType=rw\n"
+        for index in range(0x2000, 0x2014)
+    )
+
+    with pytest.raises(SpecError, match=r"tilt\.eds: expected an EDS whose spec has at most 1 MB"):
+        convert(tmp_path, objects.encode())
+
+
 LINES = TIDY.encode().split(b"\n")
 EDITS = st.lists(
     st.tuples(

@@ -7,13 +7,14 @@ from datetime import date, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from conformance.errors import Problem
+from conformance.errors import Problem, SpecError
 from conformance.spec.eds.draft import VARIANT, Draft, draft_objects
 from conformance.spec.eds.mend import mend
 from conformance.spec.eds.model import BITRATES, EdsFile
 from conformance.spec.eds.reader import read_eds
 from conformance.spec.eds.services import device_figure
 from conformance.spec.eds.yaml_text import comment, is_frame, yaml_text
+from conformance.spec.yaml_reader import MOST_BYTES
 
 _DEVICE_INFO: Final = "DeviceInfo"
 _DATES: Final = ("%m-%d-%Y", "%Y-%m-%d", "%d-%b-%Y")
@@ -50,11 +51,16 @@ def import_eds(path: Path) -> Imported:
     draft.data = _head(draft)
     draft_objects(draft)
     mend(draft)
-    text = "\n".join((*_title(eds), yaml_text(draft.data, draft.comments), *_rest(eds)))
+    body = yaml_text(draft.data, draft.comments).rstrip()
+    text = "\n".join((*_title(eds), body, *_rest(eds))).rstrip() + "\n"
+    size = len(text.encode())
+    if size > MOST_BYTES:
+        wanted = f"expected an EDS whose spec has at most {MOST_BYTES // 10**6} MB"
+        raise SpecError(Problem(path, 0, "", f"{wanted}, got {size / 10**6:.1f} MB"))
     problems = sorted(
         dict.fromkeys((*eds.problems, *draft.problems)), key=lambda problem: problem.line
     )
-    return Imported(eds, f"{text.rstrip()}\n", tuple(problems))
+    return Imported(eds, text, tuple(problems))
 
 
 def _head(draft: Draft) -> dict[str, Any]:
