@@ -26,13 +26,15 @@ _WIDE: Final = 0x3FFF_F800
 
 def guard_cob_ids(node: Node, services: Services) -> None:
     """Let the COB-IDs of SYNC, EMCY and TPDOs be written by the rules only."""
-    if services.sync_consumer is not None:
+    if services.sync_consumer is not None and services.sync_consumer.object is not None:
         _guard(node, (services.sync_consumer.object, 0), _check_sync)
     if services.emcy_producer is not None:
-        _guard(node, (services.emcy_producer.object, 0), _check_producer)
+        emcy = services.emcy_producer
+        _guard(node, (emcy.object, 0), _producer_check(emcy.change_while_valid))
     if services.tpdo is not None:
+        check = _producer_check(services.tpdo.change_while_valid)
         for number in range(services.tpdo.count):
-            _guard(node, (services.tpdo.communication + number, 1), _check_producer)
+            _guard(node, (services.tpdo.communication + number, 1), check)
 
 
 def _guard(node: Node, key: Key, check: Callable[[Node, Key, Value], None]) -> None:
@@ -46,8 +48,18 @@ def _check_sync(node: Node, _key: Key, value: Value) -> None:
     _check_restricted(node, word)
 
 
-def _check_producer(node: Node, key: Key, value: Value) -> None:
-    word, before = int(value), node.dictionary.number(*key)
+def _producer_check(while_valid: str) -> Callable[[Node, Key, Value], None]:
+    return _check_producer if while_valid == "refused" else _check_movable
+
+
+def _check_movable(node: Node, key: Key, value: Value) -> None:
+    before = node.dictionary.number(*key)
+    _check_producer(node, key, value, before | NOT_VALID)
+
+
+def _check_producer(node: Node, key: Key, value: Value, before: int | None = None) -> None:
+    word = int(value)
+    before = node.dictionary.number(*key) if before is None else before
     if word & _WIDE:
         raise SdoAbortError(AbortCode.INVALID_VALUE)
     if word & NOT_VALID:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import cycle, islice
 
 from conformance.simulator.faults import Faults
-from conformance.spec.model import Entry
-from conformance.spec.resolve import parse_key
+from conformance.spec.fields import key_of
+from conformance.spec.model import DeviceSpec, Entry, Key
 from conformance.wire.datatypes import DataType, Value
 
 _TEXT = "1.0"
@@ -21,13 +21,23 @@ def initial_value(entry: Entry, serial_number: int, faults: Faults) -> Value:
         serial_number: Of this device.
         faults: Defects to show.
     """
-    wrong = {parse_key(address): value for address, value in faults.wrong_defaults.items()}
+    wrong = {key_of(address): value for address, value in faults.wrong_defaults.items()}
     if entry.key in wrong and entry.type.is_integer:
         return min(max(wrong[entry.key], entry.type.minimum), entry.type.maximum)
     if entry.follows == "serial-number":
         return _serial_number(entry, serial_number)
     default = entry.default_value
     return _plausible(entry) if default is None else default
+
+
+def unstated_values(spec: DeviceSpec) -> dict[Key, Value]:
+    """Return initial values that no manual prints but that follow from what it says elsewhere."""
+    rule = spec.services.nmt.start_by
+    entry = None if rule is None else spec.entries.get(key_of(rule.object))
+    if rule is None or entry is None or entry.default is not None:
+        return {}
+    waits = 0 if rule.value else rule.mask
+    return {entry.key: waits}
 
 
 def _serial_number(entry: Entry, serial_number: int) -> Value:

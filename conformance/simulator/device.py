@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from conformance.simulator import identity
 from conformance.simulator.agenda import Agenda
+from conformance.simulator.defaults import unstated_values
 from conformance.simulator.dictionary import ObjectDictionary
 from conformance.simulator.faults import Faults
 from conformance.simulator.firmware import Firmware
@@ -93,7 +94,7 @@ class SimulatedDevice:
             self.powered = True
             self._sent = 0
             self._agenda.now_ns = now_ns
-            self._start(EVERYTHING, {})
+            self._start(EVERYTHING, {}, power_on=True)
 
     def power_off(self) -> None:
         """Switch the supply off; only the non-volatile memory remains."""
@@ -129,15 +130,15 @@ class SimulatedDevice:
         if self._firmware is not None:
             self._firmware.emcy.update()
 
-    def raise_error(self, code: int) -> None:
-        """Let an error occur, by its emergency error code."""
+    def raise_error(self, code: int, bit: int | None = None) -> None:
+        """Let an error occur: its emergency error code, its bit of the manufacturer code."""
         if self._firmware is not None:
-            self._firmware.emcy.raise_error(code)
+            self._firmware.emcy.raise_error(code, bit)
 
-    def clear_error(self, code: int) -> None:
+    def clear_error(self, code: int, bit: int | None = None) -> None:
         """Let an error go."""
         if self._firmware is not None:
-            self._firmware.emcy.clear_error(code)
+            self._firmware.emcy.clear_error(code, bit)
 
     def lss_node_id(self, node_id: int) -> None:
         """Use a node-ID from the next NMT reset on, until the supply is switched off."""
@@ -176,34 +177,46 @@ class SimulatedDevice:
 
     def _reset(self, command: NmtCommand) -> None:
         assert self._firmware is not None  # it asked for the reset
-        scope = COMMUNICATION if command is NmtCommand.RESET_COMMUNICATION else EVERYTHING
+        partial_reset = (
+            command is NmtCommand.RESET_COMMUNICATION
+            and self.spec.services.nmt.reset_communication == "communication"
+        )
+        scope = COMMUNICATION if partial_reset else EVERYTHING
         values = self._firmware.node.dictionary.changed()
         if not self.faults.reset_keeps_values:
             values = {key: value for key, value in values.items() if key[0] not in scope}
         self._halt()
         self._start(scope, values)
 
-    def _start(self, scope: range, kept: Mapping[Key, Value]) -> None:
+    def _start(self, scope: range, kept: Mapping[Key, Value], *, power_on: bool = False) -> None:
         """Initialise.
 
         Args:
             scope: Indices that are set back to what is stored.
             kept: Values that outlive the reset.
+            power_on: The supply was switched on.
         """
         everything = scope is EVERYTHING
-        configured = identity.configured_node_id(self.spec, self.memory)
-        self._use_spec(self._pending_node_id or configured)
-        if everything:
-            self.bitrate = identity.configured_bitrate(self.spec, self.memory)
+        identity.settle_pairs(self.spec, self.memory)
+        node_id, bitrate = self.node_id, self.bitrate
+        if power_on or identity.changes_at_reset(self.spec.services.node_id):
+            node_id = identity.configured_node_id(self.spec, self.memory)
+        if power_on or (everything and identity.changes_at_reset(self.spec.services.bitrate)):
+            bitrate = identity.configured_bitrate(self.spec, self.memory)
+        self._use_spec(self._pending_node_id or node_id)
+        self.bitrate = bitrate
         delay_ns = BOOT_NS if everything else RESET_COMMUNICATION_NS
         delay_ns = round(delay_ns * self.faults.boot_time_factor)
-        self._agenda.after(delay_ns, lambda: self._boot(scope, kept))
+        self._agenda.after(delay_ns, lambda: self._boot(scope, kept, power_on=power_on))
 
-    def _boot(self, scope: range, kept: Mapping[Key, Value]) -> None:
-        self._run({**self.memory.start_values(scope), **kept}).boot()
+    def _boot(self, scope: range, kept: Mapping[Key, Value], *, power_on: bool) -> None:
+        firmware = self._run({**self.memory.start_values(scope), **kept})
+        firmware.boot(power_on=power_on)
 
     def _run(self, values: Mapping[Key, Value]) -> Firmware:
-        dictionary = ObjectDictionary(self.spec.entries, self.memory.serial_number, self.faults)
+        dictionary = ObjectDictionary(
+            self.spec.entries, self.memory.serial_number, self.faults, unstated_values(self.spec)
+        )
         dictionary.load(values)
         node = Node(self.node_id, dictionary, self._agenda, self.faults, self._send, self._random)
         self._firmware = Firmware(self.spec, node, self, self._reset)
@@ -212,14 +225,17 @@ class SimulatedDevice:
 
     def _use_spec(self, node_id: int) -> None:
         if node_id != self.spec.node_id:
-            self.spec = self._file.resolve(self.spec.variant, node_id, self._readings)
+            before = self.spec
+            self.spec = self._file.resolve(before.variant, node_id, self._readings)
+            self.memory.values = identity.moved(self.memory.values, before, self.spec)
 
     def _use_node_id(self, node_id: int) -> None:
         """Change the node-ID of the running node."""
         if not identity.usable_node_id(node_id):
             return
         assert self._firmware is not None  # its download asked for the change
-        node = self._firmware.node
+        node, before = self._firmware.node, self.spec
         self._halt()
         self._use_spec(node_id)
-        self._run(node.dictionary.changed()).resume(node.state)
+        values = identity.moved(node.dictionary.changed(), before, self.spec)
+        self._run(values).resume(node.state)

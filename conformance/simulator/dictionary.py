@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from conformance.simulator.defaults import initial_value
 from conformance.simulator.faults import Faults
@@ -33,9 +34,18 @@ class ObjectDictionary:
         adjusts: Changes a value before it is stored.
         actions: Entries whose download starts something instead of storing the value.
         observers: Told of a value stored.
+
+    A setting that takes effect later has two values: that of `value`, which an upload returns, and
+    that of `number`, which the device acts on.
     """
 
-    def __init__(self, entries: Mapping[Key, Entry], serial_number: int, faults: Faults) -> None:
+    def __init__(
+        self,
+        entries: Mapping[Key, Entry],
+        serial_number: int,
+        faults: Faults,
+        unstated: Mapping[Key, Value] | None = None,
+    ) -> None:
         self.state: StateName = "pre-operational"
         self.computed: dict[Key, Callable[[], Value]] = {}
         self.guards: defaultdict[Key, list[Guard]] = defaultdict(list)
@@ -49,7 +59,11 @@ class ObjectDictionary:
         self._defaults = {
             key: initial_value(entry, serial_number, faults) for key, entry in entries.items()
         }
+        self._defaults.update(unstated or {})
         self._values = dict(self._defaults)
+        self._in_force: dict[Key, Value] = {}
+        self.load({})
+        self._watch_limits()
 
     @property
     def entries(self) -> Mapping[Key, Entry]:
@@ -67,7 +81,10 @@ class ObjectDictionary:
 
     def number(self, index: int, sub: int = 0) -> int:
         """Return the present value of an integer entry, 0 when there is no such entry."""
-        value = self.value((index, sub)) if (index, sub) in self._entries else 0
+        key = index, sub
+        if key not in self._entries:
+            return 0
+        value = self._in_force[key] if key in self._in_force else self.value(key)
         return value if isinstance(value, int) else 0
 
     def set(self, key: Key, value: Value) -> None:
@@ -79,6 +96,14 @@ class ObjectDictionary:
     def load(self, values: Mapping[Key, Value]) -> None:
         """Take over values as at start-up; those that no longer exist are left out."""
         self._values.update({key: values[key] for key in values if key in self._entries})
+        for key, entry in self._entries.items():
+            if entry.effective != "at-once":
+                self._in_force[key] = self._values[key]
+
+    def stored(self, key: Key) -> None:
+        """Note that a value was stored; one that waits for that takes effect."""
+        if self._entries[key].effective == "after-store":
+            self._in_force[key] = self._values[key]
 
     def changed(self) -> dict[Key, Value]:
         """Return the stored values that differ from their defaults."""
@@ -157,7 +182,39 @@ class ObjectDictionary:
         for guard in self.guards.get(key, ()):
             guard(value)
         self._check_range(entry, value)
-        self._write(key, value)
+        if self._may_change(entry, value):
+            self._write(key, value)
+
+    def _may_change(self, entry: Entry, value: Value) -> bool:
+        """Return whether a value is written, given what other entries hold."""
+        conditions = [it for it in entry.writable_while if it.key in self._entries]
+        met = all(condition.holds(self.number(*condition.key)) for condition in conditions)
+        if met or value == self.value(entry.key) or self._faults.accepts_in_any_state:
+            return True
+        if entry.otherwise == "refused":
+            raise SdoAbortError(AbortCode.DEVICE_STATE)
+        return False
+
+    def _watch_limits(self) -> None:
+        """Let an entry whose value limits another one mind what that holds."""
+        for entry in self._entries.values():
+            limits = entry.limits_by
+            if limits is None:
+                continue
+            if limits.conflict == "refused":
+                self.guards[limits.key].append(partial(self._check_limited, entry))
+            elif limits.conflict == "lowered":
+                self.observers[limits.key].append(partial(self._lower, entry))
+
+    def _check_limited(self, entry: Entry, value: Value) -> None:
+        if entry.limits_by is not None:
+            _check(entry.limits_by.ranges.get(int(value)), self.number(*entry.key))
+
+    def _lower(self, entry: Entry, value: Value) -> None:
+        ranges = entry.limits_by.ranges.get(int(value)) if entry.limits_by is not None else None
+        if ranges is not None:
+            most = max(high for _, high in ranges)
+            self.set(entry.key, min(self.number(*entry.key), most))
 
     def _write(self, key: Key, value: Value) -> None:
         if self._faults.od_readback_stale in ("everywhere", key[0]):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
@@ -10,20 +12,30 @@ from conformance.simulator.live import LiveValues
 from conformance.simulator.memory import NonVolatileMemory
 from conformance.simulator.node import Node
 from conformance.simulator.rejection import SdoAbortError
-from conformance.spec.document import EmcyProducer as EmcySpec
 from conformance.spec.document import Follows
+from conformance.spec.fields import of_variant
+from conformance.spec.model import DeviceSpec
 from conformance.wire import emcy
 from conformance.wire.abort import AbortCode
 from conformance.wire.datatypes import Value
+from conformance.wire.frame import Frame
+from conformance.wire.nmt import NmtState
 
 NO_ERROR: Final = 0x0000
-OUT_OF_RANGE: Final[dict[Follows, int]] = {"tilt-x": 0x5010, "tilt-y": 0x5020}
-"""Error codes of CiA 410 for an axis beyond its range."""
+INHIBIT_UNIT_NS: Final = 100_000
 
 _GENERIC: Final = 0
 _MANUFACTURER: Final = 7
-_BITS: Final = {0x20: 1, 0x30: 2, 0x40: 3, 0x81: 4, 0x82: 4}
+_BITS: Final = {0x10: _GENERIC, 0x20: 1, 0x30: 2, 0x40: 3, 0x81: 4, 0x82: 4}
 """Error register bit by the upper byte of the code, its lower half ignored but for 81h and 82h."""
+
+
+@dataclass(frozen=True, slots=True)
+class Error:
+    """An error: its emergency error code and the bit of the manufacturer code, if any."""
+
+    code: int
+    bit: int | None = None
 
 
 class EmcyProducer:
@@ -31,55 +43,96 @@ class EmcyProducer:
 
     Args:
         node: The node.
-        spec: The EMCY service, None for a device without.
+        spec: The device spec.
         live: The measured values.
         memory: Keeps the history of a device whose history is persistent.
+        enter: Changes the NMT state.
     """
 
     def __init__(
-        self, node: Node, spec: EmcySpec | None, live: LiveValues, memory: NonVolatileMemory
+        self,
+        node: Node,
+        spec: DeviceSpec,
+        live: LiveValues,
+        memory: NonVolatileMemory,
+        enter: Callable[[NmtState], None],
     ) -> None:
         self._node = node
-        self._spec = spec
+        self._spec = spec.services.emcy_producer
         self._live = live
-        self._errors: dict[int, None] = {}
+        self._enter = enter
+        self._errors: dict[Error, None] = {}
         self._history: list[int] = []
+        self._waiting: list[Frame] = []
+        self._free_ns = 0
+        self._inhibited = node.agenda.timer(lambda _due_ns: self._send_waiting())
         for entry in node.dictionary.entries.values():
             if entry.follows == "error-register":
                 node.dictionary.computed[entry.key] = self._register
-        if spec is not None and spec.history is not None:
-            self._offer_history(spec.history, memory)
-
-    def update(self) -> None:
-        """Find out which axes are beyond their range now."""
         if self._spec is None:
             return
-        beyond: dict[int, bool] = {}
-        for entry in self._node.dictionary.entries.values():
-            code = OUT_OF_RANGE.get(entry.follows) if entry.follows is not None else None
-            if code is not None and code in self._spec.codes:
-                beyond[code] = beyond.get(code, False) or self._live.out_of_range(entry)
-        for code, present in beyond.items():
-            if present:
-                self.raise_error(code)
-            else:
-                self.clear_error(code)
+        if self._spec.history is not None:
+            self._offer_history(self._spec.history, memory)
+        if self._spec.manufacturer_code is not None:
+            key = self._spec.manufacturer_code.object, 0
+            node.dictionary.computed[key] = self._manufacturer_code
+        self._limits = {
+            cause.cause: limits
+            for cause in self._spec.causes
+            if (limits := of_variant(cause.limits, spec.variant)) is not None
+        }
+        for cause in self._spec.causes:
+            if cause.stops and cause.cause in self._limits:
+                low, high = self._limits[cause.cause]
+                live.stops[cause.cause] = (low, high)
 
-    def raise_error(self, code: int) -> None:
-        """An error has occurred."""
-        if code in self._errors:
+    def update(self) -> None:
+        """Find out which axes are beyond their limits now."""
+        if self._spec is None:
             return
-        self._errors[code] = None
+        for cause in self._spec.causes:
+            if self._is_beyond(cause.cause):
+                self.raise_error(cause.code, cause.bit)
+            else:
+                self.clear_error(cause.code, cause.bit)
+
+    def _is_beyond(self, axis: Follows) -> bool:
+        entries = self._node.dictionary.entries.values()
+        followed = [entry for entry in entries if entry.follows == axis]
+        if not followed:
+            return False
+        if axis in self._limits:
+            low, high = self._limits[axis]
+            return self._live.beyond(axis, low, high)
+        return any(self._live.out_of_range(entry) for entry in followed)
+
+    def has_error(self, code: int) -> bool:
+        """Return whether an error with a code is present."""
+        return any(error.code == code for error in self._errors)
+
+    def raise_error(self, code: int, bit: int | None = None) -> None:
+        """An error has occurred."""
+        error = Error(code, bit)
+        if error in self._errors:
+            return
+        first = not self._errors
+        self._errors[error] = None
         del self._history[self._depth - 1 :]
         self._history.insert(0, code)
-        self._send(code)
+        self._leave()
+        if self._spec is not None and (first or self._spec.sends == "each-change"):
+            self._send(code)
 
-    def clear_error(self, code: int) -> None:
+    def clear_error(self, code: int, bit: int | None = None) -> None:
         """An error has gone."""
-        if code not in self._errors:
+        error = Error(code, bit)
+        if error not in self._errors:
             return
-        del self._errors[code]
-        if not self._node.faults.emcy_never_clears:
+        del self._errors[error]
+        if self._spec is None or self._spec.cleared == "silent":
+            return
+        told = not self._errors or self._spec.sends == "each-change"
+        if told and not self._node.faults.emcy_never_clears:
             self._send(NO_ERROR)
 
     def boot(self) -> None:
@@ -87,6 +140,17 @@ class EmcyProducer:
         self.update()
         if self._node.faults.emcy_at_boot:
             self._send(NO_ERROR)
+
+    def _leave(self) -> None:
+        """Enter the state that an error leads to."""
+        rule = self._spec.on_error if self._spec is not None else None
+        if rule is None or self._node.dictionary.state not in rule.leaves:
+            return
+        state = rule.state
+        if rule.object is not None:
+            state = rule.states.get(self._node.dictionary.number(rule.object))
+        if state is not None:
+            self._enter(NmtState[state.upper().replace("-", "_")])
 
     def _offer_history(self, index: int, memory: NonVolatileMemory) -> None:
         dictionary = self._node.dictionary
@@ -120,17 +184,13 @@ class EmcyProducer:
 
     def _register(self) -> int:
         register = 0
-        for code in self._errors:
-            register |= 1 << _GENERIC | 1 << self._bit(code)
-        return register
-
-    def _bit(self, code: int) -> int:
-        upper = code >> 8
-        bit = _BITS.get(upper if upper in _BITS else upper & 0xF0, _MANUFACTURER)
         known = self._spec.register_bits if self._spec is not None else {}
-        if bit in known:
-            return bit
-        return _MANUFACTURER if _MANUFACTURER in known else _GENERIC
+        for error in self._errors:
+            register |= 1 << _GENERIC | 1 << _register_bit(error.code, known)
+        return register if known else 0
+
+    def _manufacturer_code(self) -> int:
+        return sum({1 << error.bit for error in self._errors if error.bit is not None})
 
     def _send(self, code: int) -> None:
         spec, node = self._spec, self._node
@@ -141,9 +201,43 @@ class EmcyProducer:
         word = node.dictionary.number(spec.object)
         if word & NOT_VALID:
             return
-        frame = emcy.encode(emcy.Emergency(code, self._register()), word & CAN_ID)
+        frame = emcy.encode(self._message(code), word & CAN_ID)
         for _ in range(1 + node.faults.emcy_repeats):
-            node.send(frame)
+            self._queue(frame)
+
+    def _message(self, code: int) -> emcy.Emergency:
+        own = bytearray(5)
+        place = self._spec.manufacturer_code if self._spec is not None else None
+        if place is not None:
+            own[place.octet] = self._manufacturer_code() & 0xFF
+        return emcy.Emergency(code, self._register(), bytes(own))
+
+    def _queue(self, frame: Frame) -> None:
+        """Send a frame now, or as soon as the inhibit time is over."""
+        spec, now_ns = self._spec, self._node.agenda.now_ns
+        inhibit = 0
+        if spec is not None and spec.inhibit is not None:
+            inhibit = self._node.dictionary.number(spec.inhibit)
+        if now_ns < self._free_ns and inhibit:
+            if spec is not None and spec.inhibited == "delayed":
+                self._waiting.append(frame)
+                self._inhibited.start(self._free_ns)
+            return
+        self._node.send(frame)
+        self._free_ns = now_ns + inhibit * INHIBIT_UNIT_NS
+
+    def _send_waiting(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        for frame in waiting:
+            self._queue(frame)
+
+
+def _register_bit(code: int, known: Mapping[int, str]) -> int:
+    upper = code >> 8
+    bit = _BITS.get(upper if upper in _BITS else upper & 0xF0, _MANUFACTURER)
+    if bit in known:
+        return bit
+    return _MANUFACTURER if _MANUFACTURER in known else _GENERIC
 
 
 def _check_zero(value: Value) -> None:

@@ -7,7 +7,6 @@ from functools import partial
 from typing import Final, Protocol
 
 from conformance.simulator.cob_id_rules import CAN_ID, guard_cob_ids
-from conformance.simulator.commands import Commands
 from conformance.simulator.emcy import EmcyProducer
 from conformance.simulator.heartbeat import HeartbeatProducer
 from conformance.simulator.live import LiveValues, World
@@ -15,9 +14,12 @@ from conformance.simulator.lss import LssSlave, LssTarget
 from conformance.simulator.memory import NonVolatileMemory
 from conformance.simulator.nmt import NmtSlave
 from conformance.simulator.node import Node
+from conformance.simulator.rules import follow_rules
 from conformance.simulator.sdo_server import SdoServer
+from conformance.simulator.slopes import follow_slopes
 from conformance.simulator.store import ParameterStore
 from conformance.simulator.tpdo import TpdoProducer
+from conformance.spec.fields import key_of
 from conformance.spec.model import DeviceSpec, StateName
 from conformance.wire import cob_id, sync
 from conformance.wire.errors import WireError
@@ -57,26 +59,41 @@ class Firmware:
     ) -> None:
         services = spec.services
         self.node = node
-        self._automatic_start = services.nmt.automatic_start or node.faults.starts_operational
+        self._nmt_spec = services.nmt
         live = LiveValues(hardware.world, node.dictionary, node.faults)
-        Commands(node, hardware.world, live, partial(reset, NmtCommand.RESET_NODE))
+        follow_slopes(node, live, spec)
         ParameterStore(node, hardware.memory, services)
         guard_cob_ids(node, services)
-        self._sync = None if services.sync_consumer is None else services.sync_consumer.object
+        self._sync = services.sync_consumer
         self._nmt = NmtSlave(node, self._enter, reset)
-        self._sdo = SdoServer(node)
+        self._sdo = SdoServer(node, services.sdo_server)
         self._heartbeat = HeartbeatProducer(node, services.heartbeat_producer)
         self._tpdos = TpdoProducer(node, services.tpdo)
-        self.emcy = EmcyProducer(node, services.emcy_producer, live, hardware.memory)
+        self.emcy = EmcyProducer(node, spec, live, hardware.memory, self._enter)
+        follow_rules(
+            node,
+            spec,
+            partial(reset, NmtCommand.RESET_NODE),
+            self.emcy.has_error,
+            lambda: not hardware.memory.values,
+        )
         self._lss = None if services.lss is None else LssSlave(node, spec, services.lss, hardware)
 
-    def boot(self) -> None:
-        """Send the boot-up message and enter Pre-operational."""
+    def boot(self, *, power_on: bool) -> None:
+        """Send the boot-up message and enter Pre-operational, or the state it starts in."""
         self._heartbeat.boot()
         self._enter(NmtState.PRE_OPERATIONAL)
         self.emcy.boot()
-        if self._automatic_start:
+        if self._starts_by_itself(power_on=power_on):
             self._enter(NmtState.OPERATIONAL)
+
+    def _starts_by_itself(self, *, power_on: bool) -> bool:
+        rule = self._nmt_spec.start_by
+        if rule is not None and (power_on or rule.after == "every-start"):
+            word = self.node.dictionary.number(*key_of(rule.object))
+            if word & rule.mask == rule.value:
+                return True
+        return self._nmt_spec.automatic_start or self.node.faults.starts_operational
 
     def resume(self, state: NmtState) -> None:
         """Go on in a state, without a boot-up message."""
@@ -105,7 +122,12 @@ class Firmware:
         return frame.can_id == cob_id.sdo_request(self.node.node_id)
 
     def _is_sync(self, frame: Frame) -> bool:
-        if self._sync is None or frame.can_id != self.node.dictionary.number(self._sync) & CAN_ID:
+        if self._sync is None:
+            return False
+        index, can_id = self._sync.object, cob_id.SYNC
+        if index is not None:
+            can_id = self.node.dictionary.number(index) & CAN_ID
+        if frame.can_id != can_id:
             return False
         try:
             sync.decode(frame)

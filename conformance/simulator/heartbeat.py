@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from conformance.simulator.node import Node
 from conformance.spec.document import HeartbeatProducer as HeartbeatSpec
 from conformance.spec.model import Entry, Range
@@ -34,6 +36,12 @@ class HeartbeatProducer:
             node.dictionary.adjusts[self._key] = lambda value: (
                 value if value == self._off else max(least, int(value))
             )
+        if spec is not None and spec.below_minimum == "ignored":
+            node.dictionary.adjusts[self._key] = partial(self._unless_too_short, spec)
+
+    def _unless_too_short(self, spec: HeartbeatSpec, value: Value) -> Value:
+        fits = value == spec.off or int(value) >= spec.min_ms
+        return value if fits else self._node.dictionary.number(spec.object)
 
     def boot(self) -> None:
         """Send the boot-up message, which counts as the first heartbeat."""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from conformance.simulator.memory import NonVolatileMemory
 from conformance.simulator.node import Node
+from conformance.spec.behaviours import Paired
 from conformance.spec.document import Changeable
-from conformance.spec.model import DeviceSpec, Entry
+from conformance.spec.fields import key_of
+from conformance.spec.model import DeviceSpec, Entry, Key
 from conformance.wire.datatypes import Value
 
 SWITCH_DELAY_NS: Final = 5_000_000
@@ -50,21 +52,55 @@ def changeable_entry(spec: DeviceSpec, service: Changeable | None) -> Entry | No
     return None if service is None else spec.entry(service.object)
 
 
+def holders(spec: DeviceSpec, service: Changeable | None) -> list[Entry]:
+    """Return every entry that holds node-ID or bit rate: the object, its partner, its aliases."""
+    entry = changeable_entry(spec, service)
+    if entry is None:
+        return []
+    return [spec.entries[key] for key in spec.companions(entry.key)]
+
+
+def changes_at_reset(service: Changeable | None) -> bool:
+    """Return whether an NMT reset is enough for a new setting to take effect."""
+    return service is None or not service.effective.endswith("power-cycle")
+
+
+def settle_pairs(spec: DeviceSpec, memory: NonVolatileMemory) -> None:
+    """Give both objects of a pair that disagree what they last agreed on."""
+    for rule in spec.behaviours.values():
+        if not isinstance(rule, Paired):
+            continue
+        first, *_ = keys = [key_of(it) for it in rule.objects]
+        stored = {memory.values.get(key, spec.entries[key].default) for key in keys}
+        if len(stored) == 1:
+            memory.agreed[first] = memory.values.get(first)
+        else:
+            memory.keep(dict.fromkeys(keys, memory.agreed.get(first)))
+
+
+def moved(values: Mapping[Key, Value], before: DeviceSpec, after: DeviceSpec) -> dict[Key, Value]:
+    """Return what a change of the node-ID makes of values that differ from their defaults."""
+    result: dict[Key, Value] = {}
+    for key, value in values.items():
+        entry, old = after.entries.get(key), before.entries.get(key)
+        if entry is None or old is None or entry.after_node_id_change == "kept":
+            result[key] = value
+        elif entry.after_node_id_change == "difference-kept":
+            result[key] = int(value) + int(entry.default or 0) - int(old.default or 0)
+    return result
+
+
 def remember_node_id(spec: DeviceSpec, memory: NonVolatileMemory, node_id: int) -> None:
     """Store a node-ID in the non-volatile memory."""
     memory.node_id = node_id
-    entry = changeable_entry(spec, spec.services.node_id)
-    if entry is not None and entry.default != node_id:
-        memory.values[entry.key] = node_id
-    elif entry is not None:
-        memory.values.pop(entry.key, None)
+    for entry in holders(spec, spec.services.node_id):
+        memory.keep({entry.key: None if entry.default == node_id else node_id})
 
 
 def remember_bitrate(spec: DeviceSpec, memory: NonVolatileMemory, bitrate: int) -> None:
     """Store a bit rate in the non-volatile memory, in bit/s."""
     memory.bitrate = bitrate
-    entry = changeable_entry(spec, spec.services.bitrate)
-    if entry is not None:
+    for entry in holders(spec, spec.services.bitrate):
         memory.values[entry.key] = rate_values(spec).get(bitrate, bitrate)
 
 
@@ -101,13 +137,12 @@ def observe_identity(
         (spec.services.node_id, use_node_id),
         (spec.services.bitrate, use_bitrate),
     ):
-        entry = changeable_entry(spec, service)
-        if service is None or entry is None:
-            continue
-        if service.effective == "after-reset":
-            node.dictionary.observers[entry.key].append(_remember_at(memory, entry))
-        elif service.effective == "at-once":
-            node.dictionary.observers[entry.key].append(_switch(node, entry, use))
+        for entry in holders(spec, service):
+            if service is None or service.effective.startswith("after-store"):
+                continue
+            at_once = service.effective == "at-once"
+            act = _switch(node, entry, use) if at_once else _remember_at(memory, entry)
+            node.dictionary.observers[entry.key].append(act)
 
 
 def _remember_at(memory: NonVolatileMemory, entry: Entry) -> Callable[[Value], None]:

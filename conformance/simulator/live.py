@@ -11,11 +11,11 @@ from typing import Final
 from conformance.simulator.dictionary import ObjectDictionary
 from conformance.simulator.faults import Faults
 from conformance.spec.document import Follows
-from conformance.spec.model import Entry
+from conformance.spec.model import Entry, Key
 from conformance.wire.datatypes import DataType, Value
 
 TILTS: Final[tuple[Follows, ...]] = ("tilt-x", "tilt-y")
-"""Axes in the order in which commands count them."""
+"""The axes."""
 
 _TURN_DEG: Final = 360.0
 _PER_UNIT: Final = {"mV": 1e3, "mg": 1e3, "mdeg": 1e3, "mdeg/s": 1e3, "rad": math.pi / 180}
@@ -60,17 +60,23 @@ class LiveValues:
     """Computes the live entries of a node.
 
     Attributes:
-        offsets_deg: What is added to the tilt of an axis.
+        slopes: Turns an angle in deg into bits of an entry, for slopes with offsets.
+        stops: Lowest and highest angle that is shown of an axis, in deg.
     """
 
     def __init__(self, world: World, dictionary: ObjectDictionary, faults: Faults) -> None:
         self._world = world
         self._faults = faults
         self._frozen: dict[tuple[int, int], Value] = {}
-        self.offsets_deg: dict[Follows, Callable[[], float]] = {}
+        self.slopes: dict[Key, Callable[[float], float]] = {}
+        self.stops: dict[Follows, tuple[float, float]] = {}
         for entry in dictionary.entries.values():
             if entry.follows is not None and world.quantity(entry.follows) is not None:
                 dictionary.computed[entry.key] = partial(self._value, entry, entry.follows)
+
+    def beyond(self, axis: Follows, low: float, high: float) -> bool:
+        """Return whether the sensor is tilted further than some limits, in deg."""
+        return not low <= self._world.tilt_deg(axis) <= high
 
     def out_of_range(self, entry: Entry) -> bool:
         """Return whether the physical value exceeds what the entry can show."""
@@ -83,14 +89,20 @@ class LiveValues:
         value = _shown(entry, self._counts(entry, follows))
         return self._frozen.setdefault(entry.key, value) if self._faults.live_frozen else value
 
+    def tilt_deg(self, axis: Follows) -> float:
+        """Return the angle that the sensor makes of an axis."""
+        low, high = self.stops.get(axis, (-math.inf, math.inf))
+        if self._faults.live_swaps_axes:
+            axis = TILTS[1 - TILTS.index(axis)]
+        tilt = self._world.tilt_deg(axis)
+        return min(max(-tilt if self._faults.live_negated else tilt, low), high)
+
     def _counts(self, entry: Entry, follows: Follows) -> float:
-        if self._faults.live_swaps_axes and follows in TILTS:
-            follows = TILTS[1 - TILTS.index(follows)]
-        physical = self._world.quantity(follows) or 0.0
-        if follows in TILTS:
-            physical = -physical if self._faults.live_negated else physical
-            physical += self.offsets_deg.get(follows, float)()
-        return counts(entry, physical)
+        if follows not in TILTS:
+            return counts(entry, self._world.quantity(follows) or 0.0)
+        tilt = self.tilt_deg(follows)
+        slope = self.slopes.get(entry.key)
+        return counts(entry, tilt) if slope is None else slope(tilt)
 
 
 def counts(entry: Entry, physical: float) -> float:

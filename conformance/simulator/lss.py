@@ -81,6 +81,8 @@ class LssSlave:
 
     def receive(self, data: bytes) -> None:
         """Handle the data of a frame from the LSS master; a service not allowed is ignored."""
+        if self._node.dictionary.state not in self._service.states:
+            return
         try:
             message = lss.decode_master(data)
         except WireError:
@@ -107,7 +109,7 @@ class LssSlave:
         if self._selected == 4:
             self._selected = 0
             self._configuring = True
-            self._answer(lss.SwitchSelectiveReply())
+            self._answer(lss.SwitchSelectiveReply(int(self._service.tells_mode)))
 
     def _identify(self, message: lss.IdentifyRemoteSlave) -> None:
         place = message.command - LssCommand.IDENTIFY_VENDOR

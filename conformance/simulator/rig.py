@@ -61,13 +61,13 @@ class SimulatorRig(ABC):
 
         self._stimulate(supply)
 
-    def raise_error(self, code: int) -> None:
-        """Let an error occur in all nodes, by its emergency error code."""
-        self._stimulate(lambda node: node.raise_error(code))
+    def raise_error(self, code: int, bit: int | None = None) -> None:
+        """Let an error occur in all nodes: its error code, its bit of the manufacturer code."""
+        self._stimulate(lambda node: node.raise_error(code, bit))
 
-    def clear_error(self, code: int) -> None:
+    def clear_error(self, code: int, bit: int | None = None) -> None:
         """Let an error go in all nodes."""
-        self._stimulate(lambda node: node.clear_error(code))
+        self._stimulate(lambda node: node.clear_error(code, bit))
 
     def bus_load(self) -> float:
         """Return the share of the last second that frames took, 0.0 to 1.0."""

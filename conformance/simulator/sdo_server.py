@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 
 from conformance.simulator.node import Node
 from conformance.simulator.rejection import SdoAbortError
+from conformance.spec.document import SdoServer as SdoServerSpec
 from conformance.spec.model import Key
 from conformance.wire import cob_id, sdo
 from conformance.wire.abort import AbortCode
+from conformance.wire.datatypes import DataType
 from conformance.wire.errors import WireError
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtState
@@ -42,8 +44,9 @@ class _Download:
 class SdoServer:
     """The default SDO server of a node; one transfer at a time."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, spec: SdoServerSpec | None) -> None:
         self._node = node
+        self._spec = spec
         self._faults = node.faults
         self._transfer: _Upload | _Download | None = None
         self._answers: deque[tuple[int, bytes]] = deque()
@@ -106,11 +109,16 @@ class SdoServer:
     def _start_upload(self, key: Key) -> sdo.Response:
         self._transfer = None
         data = self._node.dictionary.upload(key)
-        if 1 <= len(data) <= 4:
+        if 1 <= len(data) <= 4 and not self._comes_in_segments(key):
             return sdo.InitiateUploadReply(*key, data)
         self._transfer = _Upload(key, data)
         size = len(data) + self._faults.sdo_size_wrong
         return sdo.InitiateUploadReply(*key, expedited=False, size=size)
+
+    def _comes_in_segments(self, key: Key) -> bool:
+        entry = self._node.dictionary.entries.get(key)
+        is_text = entry is not None and entry.type is DataType.VISIBLE_STRING
+        return is_text and self._spec is not None and self._spec.short_texts == "segmented"
 
     def _upload_segment(self, request: sdo.UploadSegment) -> sdo.Response:
         upload = self._transfer
@@ -131,6 +139,8 @@ class SdoServer:
         if request.expedited:
             dictionary.download(key, request.data, padded=request.size is None)
         else:
+            if self._spec is not None and not self._spec.segmented_download:
+                raise SdoAbortError(AbortCode.UNSUPPORTED_ACCESS)
             dictionary.accept(key, request.size)
             self._transfer = _Download(key, request.size)
         return sdo.InitiateDownloadAck(*key)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Final
 
 from conformance.simulator.memory import NonVolatileMemory
 from conformance.simulator.node import Node
@@ -12,6 +13,8 @@ from conformance.spec.document import Services, Store
 from conformance.spec.model import Key
 from conformance.wire.abort import AbortCode
 from conformance.wire.datatypes import Value
+
+_MS: Final = 1_000_000
 
 
 class ParameterStore:
@@ -43,32 +46,41 @@ class ParameterStore:
     def _save(self, service: Store, sub: int) -> None:
         if self._node.faults.store_forgets:
             return
-        dictionary, memory = self._node.dictionary, self._memory
+        dictionary = self._node.dictionary
+        kept: dict[Key, Value | None] = {}
         for key in self._group(service, sub):
             value = dictionary.value(key)
-            if value == dictionary.default(key) or key in self._defaults_at_save:
-                memory.values.pop(key, None)
-            else:
-                memory.values[key] = value
+            is_default = value == dictionary.default(key) or key in self._defaults_at_save
+            kept[key] = None if is_default else value
             self._defaults_at_save.discard(key)
+            dictionary.stored(key)
+        self._settle(service, partial(self._memory.keep, kept))
 
     def _restore(self, service: Store, sub: int) -> None:
         if self._node.faults.restore_forgets:
             return
         keys = set(self._group(service, sub))
         if service.effective == "after-reset":
-            self._memory.defaults_once |= keys
+            self._settle(service, partial(self._memory.defaults_once.update, keys))
         elif service.effective == "after-store-and-reset":
             self._defaults_at_save |= keys
         else:
             for key in keys:
                 self._node.dictionary.set(key, self._node.dictionary.default(key))
 
+    def _settle(self, service: Store, act: Callable[[], None]) -> None:
+        """Write to the non-volatile memory, which a reset before the end of it undoes."""
+        if service.settle_ms:
+            self._node.agenda.after(service.settle_ms * _MS, act)
+        else:
+            act()
+
     def _group(self, service: Store, sub: int) -> Iterator[Key]:
-        """Return the parameters of a group: settings that can be kept."""
-        ranges = service.groups[sub]
-        for key, entry in self._node.dictionary.entries.items():
-            if entry.kind != "config" or entry.persistent is False:
+        """Return the parameters of a group: what is not worked out at each upload, and can be kept."""
+        ranges, dictionary = service.groups[sub], self._node.dictionary
+        for key, entry in dictionary.entries.items():
+            kept = entry.persistent is not False if entry.kind == "config" else entry.persistent
+            if not kept or key in dictionary.computed:
                 continue
             if any(int(low) <= key[0] <= int(high) for low, high in ranges):
                 yield key

@@ -6,7 +6,7 @@ from typing import Final
 
 from conformance.simulator.cob_id_rules import CAN_ID, NO_RTR, NOT_VALID
 from conformance.simulator.node import Node
-from conformance.simulator.tpdo_rules import TpdoRules
+from conformance.simulator.tpdo_rules import TpdoRules, is_too_short
 from conformance.spec.document import Tpdo as TpdoSpec
 from conformance.spec.model import Key
 from conformance.wire.datatypes import Value
@@ -35,6 +35,7 @@ class Tpdo:
 
     def __init__(self, node: Node, spec: TpdoSpec, number: int) -> None:
         self._node = node
+        self._spec = spec
         self._dictionary = node.dictionary
         self._communication = spec.communication + number
         self._map = spec.mapping + number
@@ -49,6 +50,8 @@ class Tpdo:
         self._sampled: bytes | None = None
         self._last: bytes | None = None
         TpdoRules(node, spec, number)
+        if spec.below_min_cycle == "ignored":
+            node.dictionary.adjusts[self._communication, 5] = self._unless_too_short
         observers = node.dictionary.observers
         for sub in (1, 2):
             observers[self._communication, sub].append(self._parameter_written)
@@ -126,12 +129,19 @@ class Tpdo:
         self._sampled = self._last = None
         self._free_ns = 0
         period_ns = self._period_ns()
-        if self._type in EVENT and period_ns:
+        if self._type in EVENT and (period_ns or self._spec.first == "always"):
             self._trigger()
+        if self._type in EVENT and period_ns:
             self._event.start(self._node.agenda.now_ns + period_ns)
+
+    def _unless_too_short(self, value: Value) -> Value:
+        present = self._dictionary.number(self._communication, 5)
+        return present if is_too_short(int(value), self._spec) else value
 
     def _period_ns(self) -> int:
         period_ms = self._dictionary.number(self._communication, 5)
+        if self._spec.below_min_cycle == "raised" and is_too_short(period_ms, self._spec):
+            period_ms = self._spec.min_cycle_ms or period_ms
         return round(period_ms * _MS * self._node.faults.tpdo_event_timer_factor)
 
     def _event_due(self, due_ns: int) -> None:
@@ -166,12 +176,16 @@ class Tpdo:
         self._node.send(Frame(self._cob_id & CAN_ID, data))
 
     def _data(self) -> bytes:
-        return pack([(self._raw(key, bits), bits) for key, bits in self._mapping])
+        data = pack([(self._raw(key, bits), bits) for key, bits in self._mapping])
+        return data.ljust(self._spec.octets or 0, b"\0")
 
     def _raw(self, key: Key, bits: int) -> int:
         if key not in self._dictionary.entries:
             return 0
-        return int.from_bytes(self._dictionary.data(key), "little") & (1 << bits) - 1
+        data, order = self._dictionary.data(key), self._spec.byte_order
+        if order is not None and self._dictionary.number(order.object) == order.big_endian:
+            data = data[::-1]
+        return int.from_bytes(data, "little") & (1 << bits) - 1
 
 
 class TpdoProducer:

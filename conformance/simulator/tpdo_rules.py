@@ -15,6 +15,11 @@ from conformance.wire.pdo import MappingEntry
 _PDO_BITS = 64
 
 
+def is_too_short(period_ms: int, spec: TpdoSpec) -> bool:
+    """Return whether an event time is shorter than the least cycle."""
+    return 0 < period_ms < (spec.min_cycle_ms or 0)
+
+
 class TpdoRules:
     """Guards of one TPDO's communication and mapping parameters.
 
@@ -67,10 +72,9 @@ class TpdoRules:
             raise SdoAbortError(AbortCode.INVALID_VALUE)
 
     def _check_cycle(self, value: Value) -> None:
-        if (
-            0 < int(value) < (self._spec.min_cycle_ms or 0)
-            and not self._faults.accepts_out_of_range
-        ):
+        if self._spec.below_min_cycle != "refused" or self._faults.accepts_out_of_range:
+            return
+        if is_too_short(int(value), self._spec):
             raise SdoAbortError(AbortCode.INVALID_VALUE)
 
     def _check_disabled(self) -> None:

@@ -6,7 +6,9 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Discriminator, Field, Tag
 
+from conformance.spec.behaviours import Behaviour
 from conformance.spec.fields import (
+    Address,
     AmbiguityId,
     Date,
     EitherOrInteger,
@@ -29,6 +31,7 @@ from conformance.spec.services import (
     HeartbeatProducer,
     Lss,
     Nmt,
+    SdoServer,
     Services,
     Store,
     SyncConsumer,
@@ -51,6 +54,7 @@ __all__ = [
     "ObjectDoc",
     "Reading",
     "RecordDoc",
+    "SdoServer",
     "Services",
     "SpecDocument",
     "State",
@@ -119,11 +123,23 @@ Values = Annotated[dict[int, str], Field(min_length=1)]
 
 
 class LimitsBy(StrictModel):
-    """Ranges that depend on the value of another object."""
+    """Ranges that depend on the value of another object.
 
-    object: str
+    ``conflict``: what becomes of a value that the other object's new value no longer allows.
+    """
+
+    object: Address
     ranges: Annotated[dict[int, Ranges], Field(min_length=1)]
+    conflict: Literal["kept", "lowered", "refused"] = "kept"
     source: Source
+
+
+class While(StrictModel):
+    """What another object must hold: its masked value."""
+
+    object: Address
+    mask: Annotated[int, Field(ge=1, le=0xFFFF_FFFF)]
+    value: int
 
 
 class EntryDoc(StrictModel):
@@ -152,11 +168,24 @@ class EntryDoc(StrictModel):
         default=False, description="The manual leaves open whether the entry exists."
     )
     writable_in: list[State] | None = None
+    writable_while: list[While] = Field(
+        default=[], description="What must hold before a new value is accepted."
+    )
+    otherwise: Literal["refused", "ignored"] = Field(
+        default="refused", description="What becomes of a new value while that does not hold."
+    )
+    effective: Literal["at-once", "after-store", "after-store-and-reset"] = Field(
+        default="at-once", description="When the device acts on a new value."
+    )
+    after_node_id_change: Literal["kept", "difference-kept", "default"] = Field(
+        default="kept", description="What a new node-ID makes of a stored value of its own."
+    )
     affects: list[Index] = Field(
         default=[], description="Objects that a download to this command changes."
     )
-    follows: Follows | None = Field(
-        default=None, description="What the value shows; understood by the simulated device."
+    follows: PerVariant[Follows] | None = Field(
+        default=None,
+        description="What the value shows, in the variants named; understood by the simulated device.",
     )
     variants: list[str] | None = Field(default=None, description="Present in these variants only.")
     source: Source | None = None
@@ -221,4 +250,7 @@ class SpecDocument(StrictModel):
     variants: Annotated[dict[str, Variant], Field(min_length=1)]
     services: Services
     objects: Annotated[dict[Index, ObjectDoc], Field(min_length=1)]
+    behaviours: dict[str, Behaviour] = Field(
+        default={}, description="Rules between objects, each under a name of its own."
+    )
     ambiguities: list[Ambiguity] = Field(default=[])

@@ -26,6 +26,7 @@ T = TypeVar("T")
 State: TypeAlias = Literal["pre-operational", "operational", "stopped"]
 _DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
 _AMBIGUITY_ID = re.compile(r"[A-Z0-9]+-[0-9]{2,3}")
+_MOST = (0xFFFF, 0xFF)
 _FOUR_CHARACTERS = re.compile(r"[ -~]{4}")
 
 
@@ -74,6 +75,22 @@ def _ambiguity_id(value: str) -> str:
     return value
 
 
+def _address(value: object) -> object:
+    index, _, sub = value.partition(":") if isinstance(value, str) else ("", "", "")
+    numbers = [value] if isinstance(value, int) else [_integer(index), _integer(sub or "0")]
+    fits = all(n is not None and 0 <= n <= most for n, most in zip(numbers, _MOST, strict=False))
+    if isinstance(value, bool) or not fits:
+        raise ValueError(f'expected an index or an address such as "0x3110:1", got {shown(value)}')
+    return value
+
+
+def _integer(text: str) -> int | None:
+    try:
+        return int(text, 0)
+    except ValueError:
+        return None
+
+
 def _signature(value: str) -> str:
     if not _FOUR_CHARACTERS.fullmatch(value):
         raise ValueError(f"expected four characters such as save, got {shown(value)}")
@@ -84,6 +101,25 @@ def shape(value: object) -> str:
     """Tell a value from a mapping of variant names to values."""
     by_variant = isinstance(value, dict) and value and all(isinstance(k, str) for k in value)
     return "by_variant" if by_variant else "plain"
+
+
+def key_of(address: int | str) -> tuple[int, int]:
+    """Return index and sub-index of an address such as ``0x1017`` or ``"0x3110:1"``.
+
+    Raises:
+        ValueError: The text is no such address.
+    """
+    if isinstance(address, int):
+        return address, 0
+    index, _, sub = address.partition(":")
+    return int(index, 0), int(sub or "0", 0)
+
+
+def of_variant(value: T | dict[str, T] | None, variant: str) -> T | None:
+    """Return a value that may differ per variant; None where the variant has none."""
+    if isinstance(value, dict) and shape(value) == "by_variant":
+        return value.get(variant)
+    return value  # type: ignore[return-value]  # a mapping of integers is a value itself
 
 
 TypeName = Annotated[
@@ -109,6 +145,9 @@ Source: TypeAlias = Annotated[str, Field(min_length=1)]
 NodeId = Annotated[int, Field(ge=1, le=127)]
 Index = Annotated[int, Field(ge=0, le=0xFFFF)]
 Sub = Annotated[int, Field(ge=0, le=0xFF)]
+Address = Annotated[int | str, BeforeValidator(_address)]
+"""Index, or index and sub-index as a text."""
+Bit = Annotated[int, Field(ge=0, le=31)]
 Date = Annotated[
     date, PlainValidator(_date), WithJsonSchema({"type": "string", "pattern": f"^{_DATE.pattern}$"})
 ]

@@ -25,7 +25,7 @@ def lint_objects(indices: Iterable[int], document: SpecDocument, report: Report)
 
 def _lint_entry(doc: EntryDoc, path: Path_, document: SpecDocument, report: Report) -> None:
     _lint_names(doc.variants or (), (*path, "variants"), document, report)
-    for attribute in ("default", "ranges", "values"):
+    for attribute in ("default", "ranges", "values", "follows"):
         value = getattr(doc, attribute)
         if shape(value) == "by_variant":
             for name in value:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from conformance.spec.document import Services, Store, Tpdo
+from conformance.spec.fields import key_of
 from conformance.spec.lint import Mistakes, entry_path, interval_mistakes
 from conformance.spec.model import Entry, Key, address
 from conformance.spec.resolve import Report
 from conformance.wire.pdo import MappingEntry
 
 _MOST_PDO_BITS = 64
+_WITH_OBJECT = ("start_by", "manufacturer_code", "on_error", "byte_order")
 _MOST_WORD = 0xFFFF_FFFF
 
 
@@ -42,10 +44,15 @@ def lint_services(entries: Mapping[Key, Entry], services: Services, report: Repo
 def _object_mistakes(entries: Mapping[Key, Entry], services: Services) -> Mistakes:
     for name in type(services).model_fields:
         service = getattr(services, name)
-        for attribute in ("object", "error_register", "history"):
+        for attribute in ("object", "error_register", "history", "inhibit"):
             index = getattr(service, attribute, None)
             if index is not None and (index, 0) not in entries:
                 yield (name, attribute), f"expected a documented object, got {address(index)}"
+        for attribute in _WITH_OBJECT:
+            named = getattr(getattr(service, attribute, None), "object", None)
+            if named is not None and key_of(named) not in entries:
+                got = address(*key_of(named))
+                yield (name, attribute, "object"), f"expected a documented object, got {got}"
 
 
 def _group_mistakes(entries: Mapping[Key, Entry], service: Store) -> Mistakes:

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 from conformance.errors import Problem, SpecError
+from conformance.spec.behaviours import Behaviour, named_objects
 from conformance.spec.document import SpecDocument
+from conformance.spec.fields import key_of
 from conformance.spec.linter import find_mistakes
-from conformance.spec.model import DeviceSpec, Entry, Key
-from conformance.spec.readings import ChangeError, changes_of, patched, touched_objects
+from conformance.spec.model import DeviceSpec, Entry, Key, OtherServices
+from conformance.spec.readings import (
+    ChangeError,
+    changes_of,
+    patched,
+    touched_objects,
+    touches_services,
+)
 from conformance.spec.resolve import EntryResolver, chosen_readings, with_alternatives
 from conformance.spec.validation import validate
 from conformance.spec.yaml_reader import Path_, YamlFile, read_yaml, spell
@@ -61,6 +69,7 @@ class SpecFile:
             raise SpecError(self._conflict(asked, error)) from error
         resolver = EntryResolver(variant, node_id, _ignore)
         others = self._other_readings(resolver, chosen, asked)
+        entries = resolver.entries(document)
         return DeviceSpec(
             name=self.name,
             device=document.device,
@@ -69,10 +78,12 @@ class SpecFile:
             node_id=node_id,
             bitrate=document.factory.bitrate,
             services=document.services,
-            entries=with_alternatives(resolver.entries(document), others),
+            entries=with_alternatives(entries, others),
             ambiguities=tuple(document.ambiguities),
             readings=chosen,
             sha256=hashlib.sha256(self.yaml.text).hexdigest(),
+            behaviours=_that_hold(document.behaviours, entries),
+            other_services=tuple(self._other_services(chosen, asked)),
         )
 
     def _variant(self, name: str | None) -> str:
@@ -127,6 +138,22 @@ class SpecFile:
                 others.append((ambiguity.id, number, indices, entries))
         return others
 
+    def _other_services(
+        self, chosen: Mapping[str, int], asked: Mapping[str, int]
+    ) -> Iterator[OtherServices]:
+        """Return the services under each reading not chosen of an open ambiguity about them."""
+        for ambiguity in self.document.ambiguities:
+            if ambiguity.judged_by != "either" or ambiguity.id in asked:
+                continue
+            changes = {path: None for reading in ambiguity.readings for path in reading.changes}
+            for number in range(1, len(ambiguity.readings) + 1):
+                if number != chosen[ambiguity.id] and touches_services(changes):
+                    try:
+                        other = self._under({**chosen, ambiguity.id: number})
+                    except ChangeError:  # a reading that those asked for exclude
+                        continue
+                    yield OtherServices(ambiguity.id, number, other.services)
+
     def _under(self, chosen: Mapping[str, int]) -> SpecDocument:
         ambiguities = self.document.ambiguities
         changes = changes_of(ambiguities, [chosen[ambiguity.id] for ambiguity in ambiguities])
@@ -137,6 +164,18 @@ class SpecFile:
         got = ", ".join(f"{name}={number}" for name, number in asked.items())
         reason = f"{spell(path)}: {text}"
         return f"--reading: expected readings that do not exclude each other, got {got} ({reason})"
+
+
+def _that_hold(
+    behaviours: Mapping[str, Behaviour], entries: Mapping[Key, Entry]
+) -> dict[str, Behaviour]:
+    """Return the behaviours that hold where there are these entries."""
+    return {
+        name: behaviour
+        for name, behaviour in behaviours.items()
+        if behaviour.holds
+        and all(key_of(named) in entries for _, named in named_objects(behaviour))
+    }
 
 
 def _ignore(path: Path_, text: str) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
+from conformance.spec.behaviours import Behaviour, Paired, SameValue
 from conformance.spec.document import (
     Access,
     Ambiguity,
@@ -15,6 +16,7 @@ from conformance.spec.document import (
     ManualInfo,
     Services,
 )
+from conformance.spec.fields import key_of
 from conformance.wire.datatypes import DataType, Value
 
 StateName: TypeAlias = Literal["pre-operational", "operational", "stopped"]
@@ -40,6 +42,20 @@ class LimitsBy:
     key: Key
     ranges: Mapping[int, tuple[Range, ...]]
     source: str
+    conflict: Literal["kept", "lowered", "refused"] = "kept"
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """What another entry must hold: ``value & mask``."""
+
+    key: Key
+    mask: int
+    value: int
+
+    def holds(self, value: int) -> bool:
+        """Tell whether a value of the other entry satisfies it."""
+        return value & self.mask == self.value
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +75,10 @@ class Entry:
         reserved: Listed, but every access must be answered with an abort.
         optional: The manual leaves open whether the entry exists.
         writable_in: NMT states in which a download is allowed; None for all with SDO.
+        writable_while: What other entries must hold before a new value is accepted.
+        otherwise: What becomes of a new value while that does not hold.
+        effective: When the device acts on a new value.
+        after_node_id_change: What a new node-ID makes of a stored value.
         affects: Indices that a download to this command changes.
         follows: What the value shows; for the simulated device.
         source: Section of the manual for the entry.
@@ -86,6 +106,10 @@ class Entry:
     reserved: bool = False
     optional: bool = False
     writable_in: tuple[StateName, ...] | None = None
+    writable_while: tuple[Condition, ...] = ()
+    otherwise: Literal["refused", "ignored"] = "refused"
+    effective: Literal["at-once", "after-store", "after-store-and-reset"] = "at-once"
+    after_node_id_change: Literal["kept", "difference-kept", "default"] = "kept"
     affects: tuple[int, ...] = ()
     follows: Follows | None = None
     source: str = ""
@@ -153,6 +177,15 @@ class Alternative:
 
 
 @dataclass(frozen=True, slots=True)
+class OtherServices:
+    """The services as another reading of an ambiguity judged by either reading has them."""
+
+    ambiguity: str
+    reading: int
+    services: Services
+
+
+@dataclass(frozen=True, slots=True)
 class DeviceSpec:
     """What a manual says about one variant of a device at one node-ID.
 
@@ -162,6 +195,8 @@ class DeviceSpec:
         node_id: 1..127; expressions in the spec are evaluated with it.
         bitrate: Factory bit rate in bit/s.
         entries: By index and sub-index, in ascending order.
+        behaviours: The rules between objects that hold in this variant, by name.
+        other_services: The services under other readings of open ambiguities.
         readings: Ambiguity id to the reading this spec was resolved with.
         sha256: Hash of the spec file.
     """
@@ -177,6 +212,8 @@ class DeviceSpec:
     ambiguities: tuple[Ambiguity, ...]
     readings: Mapping[str, int]
     sha256: str
+    behaviours: Mapping[str, Behaviour] = field(default_factory=dict)
+    other_services: tuple[OtherServices, ...] = ()
 
     def entry(self, index: int, sub: int = 0) -> Entry | None:
         """Return an entry, or None when the manual has none there."""
@@ -193,6 +230,20 @@ class DeviceSpec:
     def by_kind(self, *kinds: Kind) -> Iterator[Entry]:
         """Return the entries of some kinds."""
         return (entry for entry in self.entries.values() if entry.kind in kinds)
+
+    def companions(self, key: Key) -> tuple[Key, ...]:
+        """Return an entry's key and those of its aliases and of its partner in a pair."""
+        keys = {key: None}
+        for rule in self.behaviours.values():
+            if isinstance(rule, Paired | SameValue):
+                named = [key_of(it) for it in rule.objects]
+                keys |= dict.fromkeys(named) if key in named else {}
+        return tuple(keys)
+
+    @property
+    def services_readings(self) -> tuple[tuple[Services, OtherServices | None], ...]:
+        """The services as judged, then as other readings have them."""
+        return ((self.services, None), *((other.services, other) for other in self.other_services))
 
     def cite(self, section: str) -> str:
         """Return a citation: manual, revision and section."""

@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from conformance.spec.behaviours import Behaviour
 from conformance.spec.document import (
     Ambiguity,
     ObjectDoc,
@@ -19,6 +20,7 @@ from conformance.spec.validation import complaints
 from conformance.spec.yaml_reader import Path_
 
 _OBJECT: TypeAdapter[VariableDoc | RecordDoc] = TypeAdapter(ObjectDoc)
+_BEHAVIOURS: TypeAdapter[dict[str, Behaviour]] = TypeAdapter(dict[str, Behaviour])
 
 
 class ChangeError(ValueError):
@@ -65,7 +67,11 @@ def touched_objects(changes: Mapping[str, Any]) -> list[int]:
 
 def touches_services(changes: Mapping[str, Any]) -> bool:
     """Tell whether a reading changes a service."""
-    return any(parse_path(text)[0] == "services" for text in changes)
+    return _touches("services", changes)
+
+
+def _touches(part: str, changes: Mapping[str, Any]) -> bool:
+    return any(parse_path(text)[0] == part for text in changes)
 
 
 def patched(document: SpecDocument, data: Any, changes: Mapping[str, Any]) -> SpecDocument:
@@ -96,6 +102,12 @@ def patched(document: SpecDocument, data: Any, changes: Mapping[str, Any]) -> Sp
             update["services"] = Services.model_validate(part)
         except ValidationError as error:
             mistakes += _below(("services",), error, part)
+    if _touches("behaviours", changes):
+        part = changed["behaviours"]
+        try:
+            update["behaviours"] = _BEHAVIOURS.validate_python(part)
+        except ValidationError as error:
+            mistakes += _below(("behaviours",), error, part)
     if mistakes:
         raise ChangeError(*mistakes)
     return document.model_copy(update=update)
@@ -120,7 +132,7 @@ def _applied(data: Any, changes: Mapping[str, Any]) -> Any:
 
 def _may_change(path: Path_) -> bool:
     match path:
-        case ("services", str(), *_):
+        case ("services" | "behaviours", str(), *_):
             return True
         case ("objects", int(index), *_):
             return 0 <= index <= 0xFFFF

@@ -13,23 +13,13 @@ from conformance.spec.document import (
     SpecDocument,
 )
 from conformance.spec.expressions import ExpressionError, evaluate
-from conformance.spec.fields import shape
-from conformance.spec.model import Alternative, Entry, Key, LimitsBy, Range
+from conformance.spec.fields import key_of, of_variant, shape
+from conformance.spec.model import Alternative, Condition, Entry, Key, LimitsBy, Range
 from conformance.spec.yaml_reader import Path_
 from conformance.wire.datatypes import DataType, Value
 
 T = TypeVar("T")
 Report = Callable[[Path_, str], None]
-
-
-def parse_key(text: str) -> Key:
-    """Return index and sub-index of ``0x3110:1``, or of ``0x1017`` for sub-index 0.
-
-    Raises:
-        ValueError: The text is no such address.
-    """
-    index, _, sub = text.partition(":")
-    return int(index, 0), int(sub or "0", 0)
 
 
 def chosen_readings(
@@ -101,8 +91,14 @@ class EntryResolver:
             reserved=doc.reserved,
             optional=doc.optional,
             writable_in=None if doc.writable_in is None else tuple(doc.writable_in),
+            writable_while=tuple(
+                Condition(key_of(it.object), it.mask, it.value) for it in doc.writable_while
+            ),
+            otherwise=doc.otherwise,
+            effective=doc.effective,
+            after_node_id_change=doc.after_node_id_change,
             affects=tuple(doc.affects),
-            follows=doc.follows,
+            follows=of_variant(doc.follows, self.variant),
             source=doc.source or source,
             sources=dict(doc.sources),
         )
@@ -147,19 +143,12 @@ class EntryResolver:
     def _limits_by(self, doc: EntryDoc) -> LimitsBy | None:
         if doc.limits_by is None:
             return None
-        try:
-            key = parse_key(doc.limits_by.object)
-        except ValueError:
-            self.report(
-                (*self.path, "limits_by", "object"),
-                f"expected an address such as 0x3110:1, got {doc.limits_by.object!r}",
-            )
-            return None
         ranges = {
             value: self._ranges(limits, "limits_by", "ranges", value) or ()
             for value, limits in doc.limits_by.ranges.items()
         }
-        return LimitsBy(key, ranges, doc.limits_by.source)
+        limits = doc.limits_by
+        return LimitsBy(key_of(limits.object), ranges, limits.source, limits.conflict)
 
 
 def with_alternatives(

@@ -7,8 +7,11 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field
 
 from conformance.spec.fields import (
+    Address,
     Index,
     Interval,
+    Number,
+    PerVariant,
     Signature,
     Source,
     State,
@@ -27,15 +30,44 @@ LssService: TypeAlias = Literal[
     "inquire-node-id",
     "identify-remote-slave",
 ]
-Effective: TypeAlias = Literal["at-once", "after-reset", "after-store-and-reset"]
+Effective: TypeAlias = Literal[
+    "at-once",
+    "after-reset",
+    "after-power-cycle",
+    "after-store-and-reset",
+    "after-store-and-power-cycle",
+]
 Word = Annotated[int, Field(ge=0, le=0xFFFF)]
 Bit = Annotated[int, Field(ge=0, le=7)]
 
 
+class StartBy(StrictModel):
+    """The object that lets the node start by itself: when its masked value is ``value``."""
+
+    object: Address
+    mask: Annotated[int, Field(ge=1, le=0xFFFF_FFFF)]
+    value: int
+    after: Literal["every-start", "power-on"] = "every-start"
+    source: Source
+
+
 class Nmt(StrictModel):
-    """NMT slave: boot-up message and what follows it."""
+    """NMT slave: boot-up message and what follows it.
+
+    ``reset_communication``: what NMT reset communication resets.
+    """
 
     automatic_start: bool = False
+    start_by: StartBy | None = None
+    reset_communication: Literal["communication", "everything"] = "communication"
+    source: Source
+
+
+class SdoServer(StrictModel):
+    """SDO server; ``short_texts``: how a text of up to four octets is uploaded."""
+
+    short_texts: Literal["expedited", "segmented"] = "expedited"
+    segmented_download: bool = True
     source: Source
 
 
@@ -46,27 +78,82 @@ class HeartbeatProducer(StrictModel):
     off: int = 0
     min_ms: Annotated[int, Field(ge=1, le=0xFFFF)]
     max_ms: Annotated[int, Field(ge=1, le=0xFFFF)]
-    below_minimum: Literal["refused", "clamped", "accepted"] = "refused"
+    below_minimum: Literal["refused", "clamped", "ignored", "accepted"] = "refused"
     states: list[State]
     source: Source
 
 
 class SyncConsumer(StrictModel):
-    """SYNC consumer and the object that holds its COB-ID."""
+    """SYNC consumer and the object that holds its COB-ID; without one it is that of CiA 301."""
+
+    object: Index | None = None
+    source: Source
+
+
+class ManufacturerCode(StrictModel):
+    """The object that an EMCY carries in octet 0 to 4 of its manufacturer-specific field."""
 
     object: Index
+    octet: Annotated[int, Field(ge=0, le=4)]
+
+
+class ErrorCause(StrictModel):
+    """An error that the simulated device finds by itself.
+
+    ``limits``: lowest and highest angle in deg; the range of the slope when missing.
+    ``stops``: the angle shown stops at the limit.
+    ``bit``: of the manufacturer code.
+    """
+
+    cause: Literal["tilt-x", "tilt-y"]
+    code: Word
+    bit: Bit | None = None
+    limits: PerVariant[Annotated[list[Number], Field(min_length=2, max_length=2)]] | None = None
+    stops: bool = False
+    source: Source
+
+
+class OnError(StrictModel):
+    """The NMT state an error leads to: ``state``, or the one for the object's value, if any."""
+
+    state: State | None = None
+    object: Index | None = None
+    states: dict[int, State] = Field(default={})
+    leaves: list[State] = Field(default=["operational"])
     source: Source
 
 
 class EmcyProducer(StrictModel):
-    """EMCY producer: COB-ID object, error codes and the states in which it sends."""
+    """EMCY producer: COB-ID object, error codes and the states in which it sends.
+
+    ``inhibit``: object of the inhibit time in multiples of 100 us.
+    ``inhibited``: what happens to an EMCY within it.
+    ``sends``: at each change of the errors, or at the first and after the last one.
+    ``cleared``: whether error code 0000h is sent.
+    """
 
     object: Index
+    change_while_valid: Literal["refused", "accepted"] = "refused"
     error_register: Index | None = None
     history: Index | None = None
+    inhibit: Index | None = None
+    inhibited: Literal["delayed", "lost"] = "delayed"
     states: list[State]
     codes: dict[Word, str]
     register_bits: dict[Bit, str]
+    manufacturer_code: ManufacturerCode | None = None
+    causes: list[ErrorCause] = Field(default=[])
+    sends: Literal["each-change", "first-and-last"] = "each-change"
+    cleared: Literal["sent", "silent"] = "sent"
+    on_error: OnError | None = None
+    source: Source
+
+
+class ByteOrder(StrictModel):
+    """The object that turns the octets of each mapped object round when it is ``big_endian``."""
+
+    object: Index
+    big_endian: int
     source: Source
 
 
@@ -74,6 +161,10 @@ class Tpdo(StrictModel):
     """TPDO producer; one pair of communication and mapping object per TPDO.
 
     ``map_only_while``: what must hold before a mapping entry may be written.
+    ``below_min_cycle``: what becomes of an event time shorter than the least cycle; ``raised``: it
+    is read back as written, but the TPDO comes at the least cycle.
+    ``first``: whether a TPDO is sent on entering Operational without an event time too.
+    ``octets``: length of every frame; that of the mapped objects when missing.
     """
 
     count: Annotated[int, Field(ge=1, le=512)]
@@ -84,17 +175,26 @@ class Tpdo(StrictModel):
     other_types: Literal["refused", "accepted"] = "refused"
     map_only_while: list[Literal["disabled", "count-zero"]]
     min_cycle_ms: int | None = None
+    below_min_cycle: Literal["refused", "raised", "ignored"] = "refused"
+    first: Literal["with-event-time", "always"] = "with-event-time"
+    octets: Annotated[int, Field(ge=1, le=8)] | None = None
+    byte_order: ByteOrder | None = None
+    change_while_valid: Literal["refused", "accepted"] = "refused"
     inhibit_unit_us: Annotated[int, Field(ge=1)] = 100
     source: Source
 
 
 class Store(StrictModel):
-    """Store or restore parameters: signature and, per sub-index, the ranges of indices it covers."""
+    """Store or restore parameters: signature and, per sub-index, the ranges of indices it covers.
+
+    ``settle_ms``: how long the node must not be reset or switched off afterwards.
+    """
 
     object: Index
     signature: Signature
     groups: Annotated[dict[Sub, list[Interval]], Field(min_length=1)]
-    effective: Effective = "at-once"
+    effective: Literal["at-once", "after-reset", "after-store-and-reset"] = "at-once"
+    settle_ms: Annotated[int, Field(ge=0, le=60_000)] = 0
     source: Source
 
 
@@ -107,8 +207,12 @@ class Changeable(StrictModel):
 
 
 class Lss(StrictModel):
-    """LSS slave: the services allowed in the two states."""
+    """LSS slave: the NMT states in which it works, the services allowed in its own two states."""
 
+    states: list[State] = Field(default=["pre-operational", "operational", "stopped"])
+    tells_mode: bool = Field(
+        default=False, description="The answer to a selective switch carries the new mode."
+    )
     waiting: list[LssService]
     configuration: list[LssService]
     source: Source
@@ -118,6 +222,7 @@ class Services(StrictModel):
     """One block per CANopen service the device offers."""
 
     nmt: Nmt
+    sdo_server: SdoServer | None = None
     heartbeat_producer: HeartbeatProducer | None = None
     sync_consumer: SyncConsumer | None = None
     emcy_producer: EmcyProducer | None = None

@@ -97,6 +97,10 @@ def _sentence(details: ErrorDetails, path: Path_, model: type[BaseModel]) -> str
     if kind == "value_error":
         return str(context["error"])
     value = details["input"]
+    if kind == "union_tag_invalid":
+        return f"expected {context['expected_tags']} as {context['discriminator']}, got {shown(context['tag'])}"
+    if kind == "union_tag_not_found":
+        return f"expected the key {context['discriminator']}, got none"
     got = "nothing" if kind == "missing" else shown(value)
     if kind in ("too_short", "too_long"):
         got = str(context["actual_length"])

@@ -100,7 +100,7 @@ _SLAVE: Final[_Table[SlaveMessage]] = {
     LssCommand.CONFIGURE_NODE_ID: (ConfigureReply, _TWO_BYTES),
     LssCommand.CONFIGURE_BIT_TIMING: (ConfigureReply, _TWO_BYTES),
     LssCommand.STORE_CONFIGURATION: (ConfigureReply, _TWO_BYTES),
-    LssCommand.SWITCH_SELECTIVE_REPLY: (SwitchSelectiveReply, _NOTHING),
+    LssCommand.SWITCH_SELECTIVE_REPLY: (SwitchSelectiveReply, _BYTE),
     LssCommand.IDENTIFY_SLAVE: (IdentifySlave, _NOTHING),
     LssCommand.IDENTIFY_NON_CONFIGURED_SLAVE: (IdentifyNonConfiguredSlave, _NOTHING),
     **dict.fromkeys(_IDENTITY, (InquireReply, _UNSIGNED32)),

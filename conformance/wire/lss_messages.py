@@ -57,9 +57,10 @@ class SwitchSelective:
 
 @dataclass(frozen=True, slots=True)
 class SwitchSelectiveReply:
-    """Slave: in LSS configuration now."""
+    """Slave: in LSS configuration now; ``mode`` is reserved, 0, but some devices tell it: 1."""
 
     command: ClassVar = LssCommand.SWITCH_SELECTIVE_REPLY
+    mode: int = 0
 
 
 @dataclass(frozen=True, slots=True)

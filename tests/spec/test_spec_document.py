@@ -277,8 +277,9 @@ def test_every_missing_block_is_named(problems: Problems) -> None:
             "L1: objects.0x1008.octets: expected two values, lowest and highest, got [8]",
         ),
         (
-            ('      object: "0x2000"', "      object: 0x2000  #1"),
-            "L1: objects.0x2001.limits_by.object: expected a text, got 8192",
+            ('      object: "0x2000"', "      object: 0x12000  #1"),
+            "L1: objects.0x2001.limits_by.object: "
+            'expected an index or an address such as "0x3110:1", got 73728',
         ),
         (
             ("  - id: T-01", "  - id: t1  #1"),

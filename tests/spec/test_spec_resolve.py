@@ -9,9 +9,10 @@ from typing import TypeAlias
 import pytest
 
 from conformance.errors import SpecError
+from conformance.spec.fields import key_of
 from conformance.spec.load import SpecFile
 from conformance.spec.model import Alternative, Entry
-from conformance.spec.resolve import chosen_readings, parse_key
+from conformance.spec.resolve import chosen_readings
 from conformance.wire.datatypes import DataType
 
 Edited: TypeAlias = Callable[..., str]
@@ -188,7 +189,7 @@ def test_what_is_legal_are_ranges_else_values(file: SpecFile) -> None:
     ],
 )
 def test_an_address_in_the_file_has_index_and_sub_index(text: str, key: tuple[int, int]) -> None:
-    assert parse_key(text) == key
+    assert key_of(text) == key
 
 
 def test_a_reading_is_the_one_asked_for_else_the_judged_else_the_first(file: SpecFile) -> None:

@@ -70,6 +70,7 @@ SLAVE: list[tuple[SlaveMessage, str]] = [
     (ConfigureReply(LssCommand.CONFIGURE_BIT_TIMING, 1), "13 01 00 00 00 00 00 00"),
     (ConfigureReply(LssCommand.STORE_CONFIGURATION, 0xFF, 7), "17 FF 07 00 00 00 00 00"),
     (SwitchSelectiveReply(), "44 00 00 00 00 00 00 00"),
+    (SwitchSelectiveReply(mode=1), "44 01 00 00 00 00 00 00"),
     (IdentifySlave(), "4F 00 00 00 00 00 00 00"),
     (IdentifyNonConfiguredSlave(), "50 00 00 00 00 00 00 00"),
     (InquireReply(LssCommand.INQUIRE_VENDOR, 0x195), "5A 95 01 00 00 00 00 00"),

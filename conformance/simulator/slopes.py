@@ -1,0 +1,142 @@
+"""Slopes and their offsets: resolution, operating parameter, preset, zeroing (CiA 410)."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from conformance.simulator.live import LiveValues, clipped, physical_deg
+from conformance.simulator.node import Node
+from conformance.simulator.rejection import SdoAbortError
+from conformance.spec.behaviours import Slope as SlopeSpec
+from conformance.spec.behaviours import Zeroing
+from conformance.spec.fields import key_of
+from conformance.spec.model import DeviceSpec, Entry
+from conformance.wire.abort import AbortCode
+from conformance.wire.datatypes import Value
+
+
+class Slope:
+    """One slope; its value becomes the measured angle with the offsets.
+
+    Args:
+        node: The node.
+        live: The measured values.
+        spec: What the manual says of it.
+    """
+
+    def __init__(self, node: Node, live: LiveValues, spec: SlopeSpec) -> None:
+        self._spec = spec
+        self._dictionary = node.dictionary
+        self._live = live
+        self._value = node.dictionary.entries[key_of(spec.value)]
+        self._preset = self._entry(spec.preset)
+        self._offset = self._entry(spec.offset)
+        self._differential = self._entry(spec.differential_offset)
+        self._resolution = self._entry(spec.resolution)
+        self._hidden_deg = 0.0
+        self._unit_before = self._unit_deg(self._value)
+        live.slopes[self._value.key] = self._counts
+        if self._preset is not None:
+            node.dictionary.guards[self._preset.key].append(self._check_preset)
+            node.dictionary.actions[self._preset.key] = self._preset_written
+        if self._resolution is not None:
+            node.dictionary.observers[self._resolution.key].append(self._resolution_written)
+
+    def show(self, value_deg: float) -> None:
+        """Set the offset so that the slope shows an angle now."""
+        sign = -1 if self._spec.offset_is == "subtracted" else 1
+        offset_deg = sign * (value_deg - self._subtracted_deg())
+        if self._offset is None:
+            self._hidden_deg = offset_deg
+            return
+        unit = self._unit_deg(self._offset)
+        self._dictionary.set(self._offset.key, clipped(self._offset, offset_deg / unit))
+
+    def _entry(self, address: int | str | None) -> Entry | None:
+        return None if address is None else self._dictionary.entries[key_of(address)]
+
+    def _unit_deg(self, entry: Entry) -> float:
+        """Return the angle of one bit of an entry in deg."""
+        if self._resolution is None:
+            return physical_deg(entry, 1)
+        steps = self._dictionary.number(*self._resolution.key)
+        return physical_deg(self._resolution, steps or 1)
+
+    def _deg(self, entry: Entry | None) -> float:
+        if entry is None:
+            return 0.0
+        return self._dictionary.number(*entry.key) * self._unit_deg(entry)
+
+    def _is_set(self, bit: int | None) -> bool:
+        parameter = self._spec.operating_parameter
+        if bit is None or parameter is None:
+            return False
+        return bool(self._dictionary.number(*key_of(parameter)) >> bit & 1)
+
+    @property
+    def _scaled(self) -> bool:
+        return self._spec.scaling is None or self._is_set(self._spec.scaling)
+
+    def _counts(self, tilt_deg: float) -> float:
+        """Return the slope in bits of its value, not yet rounded."""
+        angle = -tilt_deg if self._inverted("measured") else tilt_deg
+        if self._scaled or self._spec.unscaled == "with-offsets":
+            sign = -1 if self._spec.offset_is == "subtracted" else 1
+            angle += sign * (self._deg(self._offset) + self._hidden_deg)
+            angle += self._deg(self._differential)
+        return (-angle if self._inverted("sum") else angle) / self._unit_deg(self._value)
+
+    def _inverted(self, what: str) -> bool:
+        return self._spec.inverts == what and self._is_set(self._spec.inversion)
+
+    def _subtracted_deg(self) -> float:
+        """Return what a preset subtracts."""
+        follows = self._value.follows
+        measured = 0.0 if follows is None else self._live.tilt_deg(follows)
+        measured = -measured if self._is_set(self._spec.inversion) else measured
+        if self._spec.preset_subtracts == "measured":
+            return measured
+        return measured + self._deg(self._differential)
+
+    def _check_preset(self, _value: Value) -> None:
+        if self._spec.preset_unscaled == "refused" and not self._scaled:
+            raise SdoAbortError(AbortCode.DEVICE_STATE)
+
+    def _preset_written(self, value: Value) -> None:
+        assert self._preset is not None  # else nobody calls
+        self.show(int(value) * self._unit_deg(self._preset))
+        reads = value if self._spec.preset_reads == "preset" else 0
+        self._dictionary.set(self._preset.key, reads)
+
+    def _resolution_written(self, _value: Value) -> None:
+        before, now = self._unit_before, self._unit_deg(self._value)
+        self._unit_before = now
+        change = self._spec.resolution_change
+        if before == now or change == "keeps-numbers":
+            return
+        whole = (self._preset, self._offset, self._differential)
+        for entry in (self._offset,) if change == "deletes-offset" else whole:
+            if entry is not None:
+                number = self._dictionary.number(*entry.key)
+                kept = clipped(entry, number * before / now) if change == "keeps-angles" else 0
+                self._dictionary.set(entry.key, kept)
+
+
+def follow_slopes(node: Node, live: LiveValues, spec: DeviceSpec) -> None:
+    """Let the slopes of a spec be computed, and its zeroing commands act on them."""
+    rules = spec.behaviours
+    slopes = {
+        name: Slope(node, live, rule) for name, rule in rules.items() if isinstance(rule, SlopeSpec)
+    }
+    for rule in rules.values():
+        if isinstance(rule, Zeroing):
+            zeroed = {bit: slopes[it] for bit, it in rule.slopes.items() if it in slopes}
+            node.dictionary.actions[key_of(rule.command)] = partial(_zero, node, zeroed)
+
+
+def _zero(node: Node, slopes: dict[int, Slope], value: Value) -> None:
+    if node.faults.zero_command_ignored:
+        return
+    for bit, slope in slopes.items():
+        if int(value) >> bit & 1:
+            slope.show(0.0)

@@ -1,0 +1,137 @@
+"""The behaviours of a device spec file: rules between objects, each with a name and parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Discriminator, Field
+
+from conformance.spec.fields import Address, Bit, Source, StrictModel
+
+ResolutionChange: TypeAlias = Literal[
+    "keeps-numbers", "keeps-angles", "deletes-all", "deletes-offset"
+]
+
+
+class _Behaviour(StrictModel):
+    """What every behaviour has; it holds in the variants that have all objects it names."""
+
+    holds: bool = Field(default=True, description="For a reading that does away with the rule.")
+    source: Source
+
+
+class SameValue(_Behaviour):
+    """One value that several objects show: writing one writes all, each as far as its type goes."""
+
+    rule: Literal["same-value"]
+    objects: Annotated[list[Address], Field(min_length=2)]
+
+
+class Paired(_Behaviour):
+    """A setting that changes only once two objects have been given the same value.
+
+    ``reads``: what the objects return while they disagree.
+    """
+
+    rule: Literal["paired"]
+    objects: Annotated[list[Address], Field(min_length=2, max_length=2)]
+    reads: Literal["written", "in-force"] = "written"
+
+
+class Slope(_Behaviour):
+    """A slope and its offsets (CiA 410): measured angle + offset + differential offset.
+
+    All of them count in the resolution's unit where one is named, else each in its own.
+
+    ``inversion``, ``scaling``: bits of the operating parameter.
+    ``inverts``: what changes its sign with the inversion bit set.
+    ``unscaled``: what the slope shows while scaling is off.
+    ``preset_subtracts``: what is taken from a preset to get the offset.
+    ``preset_unscaled``: what a preset does while scaling is off.
+    ``preset_reads``: what the preset returns after a download.
+    ``resolution_change``: what a new resolution does to preset, offset and differential offset.
+    ``offset_is``: whether the offset is added or subtracted.
+    """
+
+    rule: Literal["slope"]
+    value: Address
+    resolution: Address | None = None
+    operating_parameter: Address | None = None
+    inversion: Bit | None = None
+    scaling: Bit | None = None
+    preset: Address | None = None
+    offset: Address | None = None
+    differential_offset: Address | None = None
+    inverts: Literal["measured", "sum"] = "measured"
+    unscaled: Literal["measured", "with-offsets"] = "measured"
+    preset_subtracts: Literal["measured", "measured-and-differential"] = "measured"
+    preset_unscaled: Literal["calculated", "refused"] = "calculated"
+    preset_reads: Literal["preset", "zero"] = "preset"
+    resolution_change: ResolutionChange = "keeps-numbers"
+    offset_is: Literal["added", "subtracted"] = "added"
+
+
+class Zeroing(_Behaviour):
+    """A command that zeroes slopes, each by a bit; ``slopes`` has the names of their behaviours."""
+
+    rule: Literal["zeroing"]
+    command: Address
+    slopes: Annotated[dict[Bit, str], Field(min_length=1)]
+
+
+class ResetCommand(_Behaviour):
+    """A command that restarts the node after its response."""
+
+    rule: Literal["reset-command"]
+    command: Address
+    value: int
+
+
+class StatusBit(StrictModel):
+    """What sets one bit: an object that holds a value, an error, or nothing stored at all."""
+
+    object: Address | None = None
+    value: int | None = None
+    errors: list[int] = Field(default=[])
+    factory_settings: bool = False
+
+
+class StatusBits(_Behaviour):
+    """A status object and what sets each of its bits."""
+
+    rule: Literal["status-bits"]
+    object: Address
+    bits: Annotated[dict[Bit, StatusBit], Field(min_length=1)]
+
+
+Behaviour = Annotated[
+    SameValue | Paired | Slope | Zeroing | ResetCommand | StatusBits, Discriminator("rule")
+]
+
+_SLOPE_OBJECTS = (
+    "value",
+    "resolution",
+    "operating_parameter",
+    "preset",
+    "offset",
+    "differential_offset",
+)
+
+
+def named_objects(behaviour: Behaviour) -> Iterator[tuple[tuple[Hashable, ...], int | str]]:
+    """Return every object that a behaviour names, with its place in it."""
+    match behaviour:
+        case SameValue() | Paired():
+            yield from ((("objects", n), it) for n, it in enumerate(behaviour.objects))
+        case Slope():
+            for attribute in _SLOPE_OBJECTS:
+                if getattr(behaviour, attribute) is not None:
+                    yield (attribute,), getattr(behaviour, attribute)
+        case Zeroing() | ResetCommand():
+            yield ("command",), behaviour.command
+        case StatusBits():
+            yield ("object",), behaviour.object
+            for bit, meaning in behaviour.bits.items():
+                if meaning.object is not None:
+                    yield ("bits", bit, "object"), meaning.object
