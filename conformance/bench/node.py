@@ -54,6 +54,7 @@ class Node:
         self._setup = SetupClient(channel)
         self._undo: list[tuple[Key, bytes]] = []
         self._commanded = False
+        self._settled_s = 0.0
         self.was_reset = False
 
     # Set-up: what fails here makes the check inconclusive.
@@ -103,6 +104,7 @@ class Node:
         except SetupRefused:
             del self._undo[before:]
             raise
+        self._note_settling(index)
 
     def try_download(self, index: int, sub: int, data: bytes) -> Transfer:
         """Download and return what the node made of it, to be judged; undone after the check."""
@@ -111,7 +113,19 @@ class Node:
         transfer = self.sdo.download(index, sub, data)
         if transfer.refused:
             del self._undo[before:]
+        self._note_settling(index)
         return transfer
+
+    def _note_settling(self, index: int) -> None:
+        """Note until when the node must not be reset after storing or restoring parameters."""
+        for service in (self.spec.services.store, self.spec.services.restore):
+            if service is not None and service.object == index:
+                self._settled_s = self.link.now() + service.settle_ms / 1000
+
+    def _settle(self) -> None:
+        """Wait until the node may be reset."""
+        if (left_s := self._settled_s - self.link.now()) > 0:
+            self.link.listen(left_s, lambda _: False)
 
     def _entry(self, index: int, sub: int) -> Entry:
         entry = self.spec.entry(index, sub)
@@ -123,7 +137,12 @@ class Node:
         """Note what a download overwrites; what it affects is written back after it."""
         entry = self.spec.entry(index, sub)
         affected = (self.spec.entry(other) for other in (entry.affects if entry else ()))
-        keys = [other.key for other in affected if other is not None and not other.optional]
+        keys = [
+            other.key
+            for other in affected
+            if other is not None and other.writable and other.kind == "config"
+            if not other.optional
+        ]
         if entry is not None and entry.readable and entry.kind not in ("command", "counter"):
             keys.append((index, sub))
         for key in keys:
@@ -146,21 +165,32 @@ class Node:
         self, command: NmtCommand = NmtCommand.RESET_NODE, *, node_id: int | None = None
     ) -> None:
         """Reset the node and wait until it answers again, with or without a boot-up message."""
+        self._settle()
         mark = self.link.mark()
         self.nmt(command, node_id=node_id)
         self.was_reset = True
         self.await_boot_up(mark)
+        self._hold_back()
 
     def power_cycle(self) -> None:
         """Take the supply away and give it back, then wait until the node answers."""
         rig = self.link.rig
         if rig is None:
             raise SetupRefused("the bench cannot switch the supply")
+        self._settle()
         mark = self.link.mark()
         rig.power_off()
         rig.power_on()
         self.was_reset = True
         self.await_boot_up(mark)
+        self._hold_back()
+
+    def _hold_back(self) -> None:
+        """Bring a node that may have started by itself to Pre-operational."""
+        for services, _ in self.spec.services_readings:
+            if services.nmt.automatic_start or services.nmt.start_by is not None:
+                self.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
+                return
 
     def await_boot_up(self, mark: int) -> None:
         """Wait for a boot-up message since a mark; without one, until the node answers.
@@ -207,6 +237,7 @@ class Node:
                 self._setup.download(index, sub, data)
         except (SetupRefused, NodeTimeout):
             self.recover()
+        self._settle()
 
     def recover(self) -> None:
         """Bring the node back by resets, then by its supply where the bench can switch it.

@@ -8,7 +8,7 @@ from conformance.bench.link import Stamped
 from conformance.bench.node import Node
 from conformance.errors import SetupRefused
 from conformance.spec.document import Tpdo
-from conformance.spec.model import Entry, address
+from conformance.spec.model import Alternative, Entry, address, is_legal
 from conformance.wire.cob_id import is_restricted
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtCommand
@@ -88,10 +88,44 @@ class TpdoPort:
         self._node.download(self._communication, _TYPE, transmission_type)
         if self._writable(self._communication, _INHIBIT):
             self._node.download(self._communication, _INHIBIT, 0)
-        self._node.download(self._communication, _EVENT_TIMER, event_ms)
+        if event_ms or self._takes_zero:
+            self._node.download(self._communication, _EVENT_TIMER, event_ms)
         if mapped:
             self._map(mapped)
         self.enable()
+
+    @property
+    def _takes_zero(self) -> bool:
+        """Every reading of the manual lets the event timer be switched off."""
+        entry = self._node.spec.entry(self._communication, _EVENT_TIMER)
+        return entry is not None and all(is_legal(0, r.legal) for r in entry.readings)
+
+    @property
+    def may_act_later(self) -> Alternative | None:
+        """The reading by which type or event timer act only after a store and a reset, if any."""
+        for sub in (_TYPE, _EVENT_TIMER):
+            entry = self._node.spec.entry(self._communication, sub)
+            for other in entry.alternatives if entry is not None else ():
+                if other.entry.effective != "at-once":
+                    return other
+        return None
+
+    @property
+    def event_ms(self) -> int:
+        """What the event timer holds."""
+        return self._node.number(self._communication, _EVENT_TIMER)
+
+    def fixed_mapping(self) -> Alternative | None:
+        """Return the reading by which the mapping is fixed, if there is one and the node follows it."""
+        entry = self._node.spec.entry(self._mapping, 0)
+        fixed = [other for other in entry.alternatives if not other.entry.writable] if entry else []
+        if entry is None or not fixed:
+            return None
+        self.disable()
+        data = self._node.upload(self._mapping, 0)
+        refused = self._node.try_download(self._mapping, 0, data).refused
+        self.enable()
+        return fixed[0] if refused else None
 
     def _map(self, mapped: Sequence[Entry]) -> None:
         self._node.download(self._mapping, 0, 0)

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 from conformance.effects import Effect
 from conformance.requirements import Case, Cases
-from conformance.spec.document import Services
+from conformance.spec.document import Changeable, Services
 from conformance.spec.model import DeviceSpec, Entry, Range, is_legal
 from conformance.wire.abort import AbortCode
+
+_MOVING: dict[str, Effect] = {"node_id": "node-id", "bitrate": "bitrate"}
 
 
 def entries(
@@ -33,11 +35,10 @@ def reach(entry: Entry, spec: DeviceSpec) -> tuple[Effect, ...]:
 
     A command may keep what it did for good: whether it does is mostly not documented.
     """
-    services = spec.services
-    if services.node_id is not None and entry.index == services.node_id.object:
-        return ("node-id",)
-    if services.bitrate is not None and entry.index == services.bitrate.object:
-        return ("bitrate",)
+    for service, effect in _MOVING.items():
+        moved: Changeable | None = getattr(spec.services, service)
+        if moved is not None and entry.key in spec.companions((moved.object, 0)):
+            return (effect,)
     return ("non-volatile",) if entry.affects else ()
 
 

@@ -59,6 +59,7 @@ def require_writable(node: Node, entry: Entry) -> None:
         SetupRefused: The entry does not even take its own value; OD-04 judges that.
     """
     make_writable(node, entry)
+    _meet_conditions(node, entry)
     if entry.access == "wo":
         return
     data = own_value(node, entry)
@@ -67,16 +68,35 @@ def require_writable(node: Node, entry: Entry) -> None:
         raise SetupRefused(f"{entry.address} does not take its own value ({transfer}), see OD-04")
 
 
+def _meet_conditions(node: Node, entry: Entry) -> None:
+    """Give other entries what they must hold before this one accepts a new value."""
+    for condition in entry.writable_while:
+        other = node.spec.entries.get(condition.key)
+        if other is None:
+            continue
+        present = node.number(*condition.key)
+        if not condition.holds(present):
+            wanted = present & ~condition.mask | condition.value
+            node.download(*condition.key, wanted)
+    for other in node.spec.entries.values():
+        if other.limits_by is not None and other.limits_by.key == entry.key:
+            _settle(node, other)
+
+
+def _settle(node: Node, entry: Entry) -> None:
+    """Give an entry a value that is legal whatever the entry that limits it holds."""
+    every = limits(entry)
+    always = [v for v in legal_values(every[0]) if all(is_legal(v, x.ranges) for x in every)]
+    if always:
+        node.download(entry.index, entry.sub, always[0])
+
+
 def each_limit(node: Node, entry: Entry) -> Iterator[tuple[str, Limits]]:
     """Return the entry's ranges; those that depend on another entry with that entry set."""
-    every = limits(entry)
-    if entry.limits_by is not None:
-        always = [v for v in legal_values(every[0]) if all(is_legal(v, x.ranges) for x in every)]
-        if always:
-            node.download(entry.index, entry.sub, always[0])
-    for limit in every:
+    for limit in limits(entry):
         when = ""
         if entry.limits_by is not None and limit.setting is not None:
+            _settle(node, entry)
             index, sub = entry.limits_by.key
             node.download(index, sub, limit.setting)
             when = f" with {address(index, sub)} = {limit.setting}"
