@@ -30,36 +30,7 @@ PATIENCE_NS: Final = 1_000 * MS
 REST_NS: Final = 50 * MS
 """How long the device must be silent after the last line."""
 
-_UNMENDED_BY_REASON: Final = {
-    "a preset does not act": (
-        "baumer_gim140r/preset-x baumer_gim140r/preset-y baumer_gim140r/preset-z "
-        "danfoss_dst_x730/example-05 danfoss_dst_x730/example-06 danfoss_dst_x730/example-07"
-    ),
-    "the resolution does not scale the slopes": "danfoss_dst_x730/example-09",
-    "no PDO is longer than the objects mapped": (
-        "danfoss_dst_x730/pdo-x-0-y-0 danfoss_dst_x730/pdo-x-0-y-0-again "
-        "danfoss_dst_x730/pdo-x-plus-45 danfoss_dst_x730/pdo-x-minus-45 "
-        "danfoss_dst_x730/pdo-y-plus-45 danfoss_dst_x730/pdo-y-minus-45 "
-        "danfoss_dst_x730/pdo-z-minus-180 danfoss_dst_x730/pdo-z-minus-90 "
-        "danfoss_dst_x730/pdo-z-0 danfoss_dst_x730/pdo-z-plus-90 "
-        "baumer_gim140r/tpdo1 baumer_gim140r/tpdo1-redundant"
-    ),
-    "the sign is not inverted": "danfoss_dst_x730/example-08",
-    "no object asks for the automatic start": "danfoss_dst_x730/example-04",
-    "an angle beyond its limit sends no EMCY": "danfoss_dst_x730/emcy-x danfoss_dst_x730/emcy-y",
-    "a generic error sets the manufacturer's bit of the error register": (
-        "baumer_gim140r/emcy baumer_gim140r/emcy-generic baumer_gim140r/emcy-cob-id "
-        "baumer_gim140r/emcy-cob-id-changed"
-    ),
-    "an error does not bring the device to pre-operational": (
-        "baumer_gim140r/emcy-overflow baumer_gim140r/emcy-length"
-    ),
-    "the answer to selective switching has no mode": "baumer_gim140r/lss-selective",
-    "a text of four characters comes in one frame": "baumer_gim140r/firmware-version",
-}
-UNMENDED: Final = {
-    name: reason for reason, names in _UNMENDED_BY_REASON.items() for name in names.split()
-}
+UNMENDED: Final[dict[str, str]] = {}
 """Traces that the simulated device does not follow yet, and why."""
 
 _FRAME: Final = re.compile(r"\(?[<>] ([0-9A-F]{3})#((?:[0-9A-F]{2}|\.\.){0,8})\)?")

@@ -13,9 +13,6 @@ from conformance.wire.frame import Frame
 
 _FRAME: Final = re.compile(r"\(?([<>]) ([0-9A-F]{3})#((?:[0-9A-F]{2}|\.\.)*)\)?")
 
-OWN_WAYS: Final = {"< 7E4#4401000000000000": "has the mode in a byte that CiA 305 reserves"}
-"""Frames that are not as the standard has them, and why."""
-
 
 def frames() -> Iterator[str]:
     """Yield each line with a frame once, bytes left open as 00h."""
@@ -62,7 +59,7 @@ CODECS: Final[tuple[tuple[range, Callable[[Frame], Frame]], ...]] = (
 """By the place in the predefined connection set."""
 
 
-@pytest.mark.parametrize("line", sorted(set(frames()) - set(OWN_WAYS)))
+@pytest.mark.parametrize("line", sorted(set(frames())))
 def test_a_printed_frame_survives_its_codec(line: str) -> None:
     match = _FRAME.fullmatch(line)
     assert match is not None
@@ -71,7 +68,3 @@ def test_a_printed_frame_survives_its_codec(line: str) -> None:
     (again,) = (codec(frame) for ids, codec in CODECS if frame.can_id in ids)
 
     assert again == frame
-
-
-def test_own_ways_are_printed() -> None:
-    assert set(OWN_WAYS) <= set(frames())
