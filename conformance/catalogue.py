@@ -156,7 +156,7 @@ def _status(statement: Statement) -> str:
 
 
 def _unstated(file: SpecFile, spec: DeviceSpec, encoded: set[Path_]) -> Iterator[str]:
-    """Return the objects and the figures of services that no statement points to or into."""
+    """Return the objects, figures of services and behaviours that no statement points to or into."""
     for index in spec.indices():
         if not _is_named(("objects", index), encoded):
             yield address(index)
@@ -165,6 +165,9 @@ def _unstated(file: SpecFile, spec: DeviceSpec, encoded: set[Path_]) -> Iterator
             path: Path_ = ("services", service, figure)
             if figure != "source" and not _is_named(path, encoded):
                 yield "/".join(map(str, path))
+    for name in spec.behaviours:
+        if not _is_named(("behaviours", name), encoded):
+            yield f"behaviours/{name}"
 
 
 def _is_named(path: Path_, encoded: set[Path_]) -> bool:

@@ -80,6 +80,7 @@ def test_the_matrix_leads_from_requirements_to_statements_and_back(write: Write)
     assert "services/heartbeat_producer/min_ms" not in made["unstated"]
     assert "1000h" in made["unstated"]
     assert "services/emcy_producer/codes" in made["unstated"]
+    assert "behaviours/restart" in made["unstated"]
 
 
 def test_a_statement_on_another_variant_is_left_out(write: Write) -> None:
