@@ -1,4 +1,4 @@
-"""What a check may do to a node, so that a bench can say what it allows."""
+"""What a check may do to a node, and what it needs beside a bus, so that a bench can say what it has."""
 
 from __future__ import annotations
 
@@ -15,3 +15,14 @@ Effect: TypeAlias = Literal[
     "bitrate",
     "other-nodes",
 ]
+
+Need: TypeAlias = Literal["tilt", "temperature", "supply", "operator", "second-node"]
+"""Beside frames: the stimulus of a quantity, a person who looks, another node of the same kind."""
+
+LACKING: dict[Need, str] = {
+    "tilt": "the bench has no tilt stimulus",
+    "temperature": "the bench cannot change the temperature",
+    "supply": "the bench cannot change the supply voltage",
+    "operator": "the bench has no operator",
+    "second-node": "the bench has no second node of this kind",
+}

@@ -10,7 +10,7 @@ from _pytest.mark.expression import Expression  # the language of -k, not export
 
 from conformance import resources
 from conformance.bench.definition import BenchDefinition
-from conformance.effects import Effect
+from conformance.effects import LACKING, Effect, Need
 from conformance.errors import SpecError
 from conformance.simulator.faults import load_faults
 from conformance.spec.load import load_spec
@@ -100,14 +100,16 @@ def simulation(
     }
 
 
-def refusal(definition: BenchDefinition, effects: tuple[Effect, ...]) -> str:
-    """Return why a bench cannot run a check with these effects, empty if it can."""
+def refusal(
+    definition: BenchDefinition, effects: tuple[Effect, ...], needs: tuple[Need, ...]
+) -> str:
+    """Return why a bench cannot run a check with these effects and needs, empty if it can."""
     missing = [effect for effect in effects if effect not in definition.allow]
     if missing:
         return f"the bench does not allow {' and '.join(missing)}"
     if "power" in effects and definition.power == "none":
         return "the bench cannot switch the supply"
-    return ""
+    return " and ".join(LACKING[need] for need in needs if not definition.has(need))
 
 
 def selection(text: str) -> Expression | None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, TypeVar
 
-from conformance.effects import Effect
+from conformance.effects import Effect, Need
 from conformance.spec.model import DeviceSpec
 
 Level: TypeAlias = Literal["manual", "shall", "should"]
@@ -24,12 +24,14 @@ class Case:
         subject: What the check receives.
         section: Section of the manual that documents it.
         effects: What the check does to the node beyond its requirement's effects.
+        needs: What it needs beside a bus, beyond its requirement's needs.
     """
 
     label: str
     subject: Any
     section: str
     effects: tuple[Effect, ...] = ()
+    needs: tuple[Need, ...] = ()
 
 
 Cases: TypeAlias = Callable[[DeviceSpec], Iterable[Case]]
@@ -45,6 +47,7 @@ class Requirement:
         sentence: The rule in one sentence, from the check's docstring.
         source: Clause of the standard; empty when the manual alone is the source.
         effects: What the check does to the node.
+        needs: What the check needs beside a bus.
         argument: Name of the check's argument that takes the case; empty without cases.
         cases: What of a spec the rule applies to.
         service: The CANopen service, from the check's module name.
@@ -56,6 +59,7 @@ class Requirement:
     sentence: str
     source: str
     effects: tuple[Effect, ...]
+    needs: tuple[Need, ...]
     argument: str
     cases: Cases
     service: str
@@ -72,6 +76,7 @@ def requirement(
     cases: tuple[str, Cases] | Cases,
     source: str = "",
     effects: tuple[Effect, ...] = ("reads",),
+    needs: tuple[Need, ...] = (),
 ) -> Callable[[Check], Check]:
     """Register the decorated check as the one that verifies a requirement.
 
@@ -82,6 +87,7 @@ def requirement(
             only the cases, when the check needs no argument.
         source: Clause of the standard.
         effects: What the check does to the node.
+        needs: What the check needs beside a bus.
 
     Raises:
         ValueError: The id is taken by another check.
@@ -99,6 +105,7 @@ def requirement(
             sentence=(check.__doc__ or "").strip().splitlines()[0],
             source=source,
             effects=effects,
+            needs=needs,
             argument=argument,
             cases=generate,
             service=check.__module__.rpartition(".test_")[2],

@@ -16,7 +16,7 @@ from conformance import resources
 from conformance.bench.definition import load_bench
 from conformance.bench.session import Bench
 from conformance.checks import JUDGED_SERVICES
-from conformance.effects import Effect
+from conformance.effects import Effect, Need
 from conformance.errors import BenchError
 from conformance.options import RunOptions, refusal, selection, simulation
 from conformance.report.eds_word import EdsWord
@@ -65,15 +65,15 @@ class Run:
         self._line = 0
         self._item_started_s = 0.0
 
-    def refuses(self, effects: tuple[Effect, ...]) -> str:
-        """Return why the bench cannot run a check with these effects, empty if it can."""
+    def refuses(self, effects: tuple[Effect, ...], needs: tuple[Need, ...]) -> str:
+        """Return why the bench cannot run a check with these effects and needs, empty if it can."""
         bitrate = self.definition.bitrate or self.spec.bitrate
         as_made = (self.spec.node_id, bitrate) == (self._factory.node_id, self._factory.bitrate)
         if "restores" in effects and not as_made:
             return (
                 "restoring the factory settings would move the node to another node-ID or bit rate"
             )
-        return refusal(self.definition, effects)
+        return refusal(self.definition, effects, needs)
 
     def selects(self, requirement: Requirement, case: Case) -> bool:
         """Tell whether the user's selection includes an item."""

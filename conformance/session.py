@@ -75,9 +75,10 @@ class ConformanceSession:
                 left.append(item)
                 continue
             effects = (*requirement.effects, *case.effects)
+            needs = tuple(dict.fromkeys((*requirement.needs, *case.needs)))
             if not case.label:
                 item.add_marker(pytest.mark.skip(reason="not applicable: nothing in the spec"))
-            elif reason := self._run.refuses(effects):
+            elif reason := self._run.refuses(effects, needs):
                 item.add_marker(pytest.mark.skip(reason=reason))
         if left:
             self._config.hook.pytest_deselected(items=left)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from conformance.effects import Effect
+from conformance.effects import Effect, Need
 from conformance.errors import Problem, SpecError
 from conformance.spec.validation import validate
 from conformance.spec.yaml_reader import read_yaml
+
+Quantity: TypeAlias = Literal["tilt", "temperature", "supply"]
 
 
 class BenchDefinition(BaseModel):
@@ -24,6 +26,9 @@ class BenchDefinition(BaseModel):
         node_id: Node-ID of the device under test; the factory's when absent.
         options: Further arguments of the interface, as python-can takes them.
         power: Who switches the device's supply.
+        stimulus: What can be changed around the device, and by whom.
+        operator: Who answers questions about what only eyes can see.
+        second_node: Who adds another node of the same kind to the bus.
         allow: Effects that checks may have on the device.
         sdo_timeout_s: Longest wait for an SDO response.
         boot_up_timeout_s: Longest wait for a boot-up message after a reset.
@@ -39,9 +44,20 @@ class BenchDefinition(BaseModel):
     node_id: Annotated[int, Field(ge=1, le=127)] | None = None
     options: dict[str, Any] = {}
     power: Literal["none", "simulator"] = "none"
+    stimulus: dict[Quantity, Literal["simulator"]] = {}
+    operator: Literal["none", "simulator"] = "none"
+    second_node: Literal["none", "simulator"] = "none"
     allow: list[Effect] = ["reads", "writes", "resets"]
     sdo_timeout_s: Annotated[float, Field(gt=0, le=60)] = 1.0
     boot_up_timeout_s: Annotated[float, Field(gt=0, le=60)] = 5.0
+
+    def has(self, need: Need) -> bool:
+        """Tell whether the bench has what a check needs beside a bus."""
+        if need == "operator":
+            return self.operator != "none"
+        if need == "second-node":
+            return self.second_node != "none"
+        return need in self.stimulus
 
 
 def load_bench(path: Path) -> BenchDefinition:

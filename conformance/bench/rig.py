@@ -24,6 +24,18 @@ class SimulatedRig(Protocol):
     def set_temperature(self, degc: float) -> None:
         """Set the temperature of every simulated device, in degrees Celsius."""
 
+    def set_supply_voltage(self, volt: float) -> None:
+        """Supply every simulated device with a voltage, in volts."""
+
+    def at_rest(self) -> None:
+        """Bring tilt, temperature and supply voltage back to what they were at first."""
+
+    def add_twin(self, serial_number: int) -> None:
+        """Put another device like the first one on the bus, with its node-ID."""
+
+    def remove_twin(self) -> None:
+        """Take it away again."""
+
     @property
     def frame_count(self) -> int:
         """Frames on the bus so far."""

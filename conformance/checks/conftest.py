@@ -9,6 +9,7 @@ import pytest
 from conformance.bench.heartbeat import HeartbeatPort
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
+from conformance.bench.stimulus import Stimulus
 from conformance.checks import BENCH, PASSED, VERDICT
 from conformance.spec.model import DeviceSpec
 from conformance.verdict import Verdict
@@ -41,6 +42,14 @@ def node(bench: Bench, request: pytest.FixtureRequest) -> Iterator[Node]:
 def heartbeat(node: Node, spec: DeviceSpec) -> HeartbeatPort:
     """The node's heartbeat producer."""
     return HeartbeatPort(node, spec.services.heartbeat_producer)
+
+
+@pytest.fixture
+def stimulus(bench: Bench) -> Iterator[Stimulus]:
+    """What can be changed around the node; it is brought back afterwards."""
+    stimulus = Stimulus(bench.link)
+    yield stimulus
+    stimulus.rest()
 
 
 @pytest.fixture

@@ -81,6 +81,11 @@ class SimulatedBus:
         self._stations.append(_Station(device))
         self.power_on(device)
 
+    def remove_node(self, device: SimulatedDevice) -> None:
+        """Disconnect a device; it is switched off first."""
+        self.power_off(device)
+        self._stations.remove(self._station(device))
+
     def power_on(self, device: SimulatedDevice) -> None:
         """Switch a device on."""
         station = self._station(device)

@@ -88,6 +88,17 @@ class SimulatedDevice:
         """When the device next wants to be stepped, None when only a frame can wake it."""
         return self._agenda.deadline_ns
 
+    def twin(self, serial_number: int) -> SimulatedDevice:
+        """Return another device like this one as it left the factory, with this one's node-ID."""
+        return SimulatedDevice(
+            self._file,
+            variant=self.spec.variant,
+            node_id=self.node_id,
+            readings=self._readings,
+            faults=self.faults,
+            serial_number=serial_number,
+        )
+
     def power_on(self, now_ns: int) -> None:
         """Switch the supply on."""
         if not self.powered:

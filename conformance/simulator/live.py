@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from typing import Final
 
@@ -33,6 +33,11 @@ class World:
     rate_z_deg_s: float = 0.0
     temperature_degc: float = 25.0
     supply_v: float = 24.0
+
+    def rest(self) -> None:
+        """Bring everything back to what it was at first."""
+        for quantity in fields(self):
+            setattr(self, quantity.name, quantity.default)
 
     def tilt_deg(self, axis: Follows) -> float:
         """Return the tilt of an axis."""

@@ -61,6 +61,25 @@ class SimulatorRig(ABC):
 
         self._stimulate(supply)
 
+    def at_rest(self) -> None:
+        """Bring all nodes' surroundings back to what they were at first."""
+
+        def rest(node: SimulatedDevice) -> None:
+            node.world.rest()
+            node.world_changed()
+
+        self._stimulate(rest)
+
+    def add_twin(self, serial_number: int) -> None:
+        """Put another node like the first one on the bus, with its node-ID."""
+        with self.present() as bus:
+            bus.add_node(bus.nodes[0].twin(serial_number))
+
+    def remove_twin(self) -> None:
+        """Take the last node off the bus again."""
+        with self.present() as bus:
+            bus.remove_node(bus.nodes[-1])
+
     def raise_error(self, code: int, bit: int | None = None) -> None:
         """Let an error occur in all nodes: its error code, its bit of the manufacturer code."""
         self._stimulate(lambda node: node.raise_error(code, bit))

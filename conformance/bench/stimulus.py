@@ -1,0 +1,67 @@
+"""What a bench can change around the device: tilt, temperature, supply voltage, a second node."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from conformance.bench.link import Link
+from conformance.bench.rig import SimulatedRig
+from conformance.errors import SetupRefused
+
+SETTLE_S = 0.1
+"""From a change to the first value that is judged, beside the device's own filter."""
+
+
+class Stimulus:
+    """Changes the quantities that the device measures.
+
+    Args:
+        link: The link to the bus; a simulated one carries its devices' surroundings.
+    """
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._changed = False
+
+    def tilt(self, x_deg: float, y_deg: float = 0.0) -> None:
+        """Tilt the device and let it settle."""
+        self._rig.set_tilt(x_deg, y_deg)
+        self._settle()
+
+    def temperature(self, degc: float) -> None:
+        """Bring the device to a temperature and let it settle."""
+        self._rig.set_temperature(degc)
+        self._settle()
+
+    def supply(self, volt: float) -> None:
+        """Supply the device with a voltage and let it settle."""
+        self._rig.set_supply_voltage(volt)
+        self._settle()
+
+    @contextmanager
+    def second_node(self, serial_number: int) -> Iterator[None]:
+        """Have another node of the same kind and node-ID on the bus."""
+        rig = self._rig
+        rig.add_twin(serial_number)
+        try:
+            yield
+        finally:
+            rig.remove_twin()
+
+    def rest(self) -> None:
+        """Bring everything back to where it was."""
+        if self._changed:
+            self._rig.at_rest()
+            self._settle()
+            self._changed = False
+
+    @property
+    def _rig(self) -> SimulatedRig:
+        if self._link.rig is None:
+            raise SetupRefused("the bench cannot change what is around the device")
+        return self._link.rig
+
+    def _settle(self) -> None:
+        self._changed = True
+        self._link.listen(SETTLE_S, lambda _: False)
