@@ -25,7 +25,7 @@ FAULTS = {name: defect for name, defect in ENTRIES if defect != "elsewhere"}
 
 
 def test_every_requirement_has_its_defect() -> None:
-    assert Counter(name for name, _ in ENTRIES) == Counter(load_checks())
+    assert Counter(name for name, _ in ENTRIES) == Counter(load_checks().keys())
 
 
 @pytest.mark.parametrize("requirement", FAULTS)

@@ -278,8 +278,10 @@ def test_every_missing_block_is_named(problems: Problems) -> None:
         ),
         (
             ('      object: "0x2000"', "      object: 0x12000  #1"),
-            "L1: objects.0x2001.limits_by.object: "
-            'expected an index or an address such as "0x3110:1", got 73728',
+            (
+                "L1: objects.0x2001.limits_by.object: "
+                'expected an index or an address such as "0x3110:1", got 73728'
+            ),
         ),
         (
             ("  - id: T-01", "  - id: t1  #1"),

@@ -194,8 +194,10 @@ def mapping(word: str, name: str = "First") -> tuple[str, str]:
         # limits by another object
         (
             ('object: "0x2000"', 'object: "2000:x"  #1'),
-            "L1: objects.0x2001.limits_by.object: "
-            "expected an index or an address such as \"0x3110:1\", got '2000:x'",
+            (
+                "L1: objects.0x2001.limits_by.object: "
+                "expected an index or an address such as \"0x3110:1\", got '2000:x'"
+            ),
         ),
         (
             ('object: "0x2000"', 'object: "0x2000:1"  #1'),
