@@ -153,7 +153,10 @@ class SimulatedDevice:
 
     def lss_node_id(self, node_id: int) -> None:
         """Use a node-ID from the next NMT reset on, until the supply is switched off."""
-        self._pending_node_id = node_id
+        stored = identity.configured_node_id(self.spec, self.memory)
+        self._pending_node_id = None if node_id == stored else node_id
+        if self.faults.lss_node_id_at_once:
+            self._agenda.after(identity.SWITCH_DELAY_NS, lambda: self._use_node_id(node_id))
 
     def lss_bitrate(self, bitrate: int) -> None:
         """Use a bit rate now."""
@@ -164,6 +167,8 @@ class SimulatedDevice:
         """Keep what was configured in the non-volatile memory."""
         if node_id is not None:
             identity.remember_node_id(self.spec, self.memory, node_id)
+            if self._pending_node_id == node_id:
+                self._pending_node_id = None
         if bitrate is not None:
             identity.remember_bitrate(self.spec, self.memory, bitrate)
 

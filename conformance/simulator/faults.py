@@ -182,6 +182,38 @@ class Faults(BaseModel):
     lss_wrong_identity: bool = Field(
         default=False, description="Answers inquiries with the serial number plus one."
     )
+    lss_wrong_node_id: bool = Field(
+        default=False, description="Answers inquiries with the node-ID plus one."
+    )
+    lss_states: list[State] | None = Field(
+        default=None, description="NMT states in which LSS works, instead of the documented ones."
+    )
+    lss_in_wrong_state: bool = Field(
+        default=False, description="Serves in both LSS states what is for one of them."
+    )
+    lss_starts_in_configuration: bool = False
+    lss_never_waits: bool = Field(default=False, description="Ignores a global switch to waiting.")
+    lss_ignores_serial: bool = Field(
+        default=False, description="A selective switch does not compare the serial number."
+    )
+    lss_ignores_order: bool = Field(
+        default=False, description="A selective switch takes the four numbers in any order."
+    )
+    lss_identifies: Literal["anything", "as-asked", "limits-excluded"] = "as-asked"
+    lss_outcome: Annotated[int, Field(ge=0, le=255)] | None = Field(
+        default=None, description="Error code in every answer to a configuring service."
+    )
+    lss_fills_unused: bool = Field(
+        default=False, description="The last three octets of an answer are FFh."
+    )
+    lss_node_id_at_once: bool = Field(
+        default=False, description="A node-ID acts when configured, not at a reset."
+    )
+    lss_activates_nothing: bool = False
+    lss_stores_unasked: bool = Field(
+        default=False, description="A node-ID is stored when configured."
+    )
+    lss_store_forgets: bool = Field(default=False, description="Confirms a store, stores nothing.")
 
 
 class _File(BaseModel):

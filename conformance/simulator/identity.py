@@ -100,8 +100,9 @@ def remember_node_id(spec: DeviceSpec, memory: NonVolatileMemory, node_id: int) 
 def remember_bitrate(spec: DeviceSpec, memory: NonVolatileMemory, bitrate: int) -> None:
     """Store a bit rate in the non-volatile memory, in bit/s."""
     memory.bitrate = bitrate
+    value = rate_values(spec).get(bitrate, bitrate)
     for entry in holders(spec, spec.services.bitrate):
-        memory.values[entry.key] = rate_values(spec).get(bitrate, bitrate)
+        memory.keep({entry.key: None if entry.default == value else value})
 
 
 def configured_node_id(spec: DeviceSpec, memory: NonVolatileMemory) -> int:

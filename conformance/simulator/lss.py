@@ -32,6 +32,9 @@ _SERVICES: Final[dict[type[lss.MasterMessage], str]] = {
     lss.InquireNodeId: "inquire-node-id",
     lss.IdentifyRemoteSlave: "identify-remote-slave",
 }
+_LOW: Final = (LssCommand.IDENTIFY_REVISION_LOW, LssCommand.IDENTIFY_SERIAL_LOW)
+_UNUSED_OCTETS: Final = 3
+"""At the end of each answer; the shortest one has more."""
 
 
 class LssTarget(Protocol):
@@ -62,10 +65,11 @@ class LssSlave:
         self._service = service
         self._target = target
         self._rates = rate_values(spec)
-        self._configuring = False
+        self._faults = node.faults
+        self._configuring = self._faults.lss_starts_in_configuration
         self._node_id: int | None = None
         self._bitrate: int | None = None
-        self._selected = 0
+        self._matching: frozenset[int] = frozenset()
         self._identified = 0
         self._handlers: dict[type[lss.MasterMessage], Callable[..., None]] = {
             lss.SwitchStateGlobal: self._switch_global,
@@ -81,45 +85,64 @@ class LssSlave:
 
     def receive(self, data: bytes) -> None:
         """Handle the data of a frame from the LSS master; a service not allowed is ignored."""
-        if self._node.dictionary.state not in self._service.states:
+        states = self._faults.lss_states
+        if self._node.dictionary.state not in (self._service.states if states is None else states):
             return
         try:
             message = lss.decode_master(data)
         except WireError:
             return
-        allowed = self._service.configuration if self._configuring else self._service.waiting
-        if _SERVICES.get(type(message)) in allowed:
+        if self._allows(message):
             self._handlers[type(message)](message)
 
+    def _allows(self, message: lss.MasterMessage) -> bool:
+        here, there = self._service.waiting, self._service.configuration
+        if self._configuring:
+            here, there = there, here
+        allowed = {*here, *there} if self._faults.lss_in_wrong_state else {*here}
+        if message.command is LssCommand.INQUIRE_SERIAL and "inquire-serial-number" in allowed:
+            return True
+        return _SERVICES.get(type(message)) in allowed
+
     def _answer(self, message: lss.SlaveMessage) -> None:
-        if not self._node.faults.lss_silent:
-            frame = Frame(LSS_SLAVE, lss.encode(message))
-            self._node.agenda.after(ANSWER_NS, lambda: self._node.send(frame))
+        if self._faults.lss_silent:
+            return
+        data = lss.encode(message)
+        if self._faults.lss_fills_unused:
+            data = data[:-_UNUSED_OCTETS] + b"\xff" * _UNUSED_OCTETS
+        frame = Frame(LSS_SLAVE, data)
+        self._node.agenda.after(ANSWER_NS, lambda: self._node.send(frame))
 
     def _identity(self, place: int) -> int:
         return self._node.dictionary.number(_IDENTITY, place + 1)
 
     def _switch_global(self, message: lss.SwitchStateGlobal) -> None:
-        self._configuring = message.mode == _CONFIGURATION
+        if message.mode == _CONFIGURATION or not self._faults.lss_never_waits:
+            self._configuring = message.mode == _CONFIGURATION
 
     def _switch_selective(self, message: lss.SwitchSelective) -> None:
         place = message.command - LssCommand.SWITCH_SELECTIVE_VENDOR
-        fits = place in (0, self._selected) and message.value == self._identity(place)
-        self._selected = place + 1 if fits else 0
-        if self._selected == 4:
-            self._selected = 0
+        fits = message.value == self._identity(place)
+        if self._faults.lss_ignores_order:
+            self._matching = self._matching | {place} if fits else self._matching - {place}
+        else:
+            fits |= place == 3 and self._faults.lss_ignores_serial
+            before = frozenset(range(place))
+            self._matching = before | {place} if fits and self._matching == before else frozenset()
+        if len(self._matching) == 4:
+            self._matching = frozenset()
             self._configuring = True
             self._answer(lss.SwitchSelectiveReply(int(self._service.tells_mode)))
 
     def _identify(self, message: lss.IdentifyRemoteSlave) -> None:
         place = message.command - LssCommand.IDENTIFY_VENDOR
-        number = self._identity((0, 1, 2, 2, 3, 3)[place])
-        if message.command in (LssCommand.IDENTIFY_REVISION_LOW, LssCommand.IDENTIFY_SERIAL_LOW):
-            inside = number >= message.value
-        elif place >= 3:
-            inside = number <= message.value
+        number, asked = self._identity((0, 1, 2, 2, 3, 3)[place]), message.value
+        if self._faults.lss_identifies == "anything" or place < 2:
+            inside = number == asked or place >= 2
+        elif number == asked:
+            inside = self._faults.lss_identifies != "limits-excluded"
         else:
-            inside = number == message.value
+            inside = number > asked if message.command in _LOW else number < asked
         self._identified = place + 1 if inside and place in (0, self._identified) else 0
         if self._identified == 6:
             self._identified = 0
@@ -130,6 +153,8 @@ class LssSlave:
         if known:
             self._node_id = message.node_id
             self._target.lss_node_id(message.node_id)
+            if self._faults.lss_stores_unasked:
+                self._target.lss_store(self._node_id, None)
         self._confirm(message.command, known=known)
 
     def _configure_bit_timing(self, message: lss.ConfigureBitTiming) -> None:
@@ -140,23 +165,28 @@ class LssSlave:
         self._confirm(message.command, known=known)
 
     def _confirm(self, command: LssCommand, *, known: bool) -> None:
-        self._answer(lss.ConfigureReply(command, _DONE if known else _OUT_OF_RANGE))
+        outcome = self._faults.lss_outcome
+        if outcome is None:
+            outcome = _DONE if known else _OUT_OF_RANGE
+        self._answer(lss.ConfigureReply(command, outcome))
 
     def _activate(self, message: lss.ActivateBitTiming) -> None:
         rate = self._bitrate
-        if rate is not None:
+        if rate is not None and not self._faults.lss_activates_nothing:
             delay_ns = message.switch_delay_ms * _MS
             self._node.agenda.after(delay_ns, lambda: self._target.lss_bitrate(rate))
 
     def _store(self, message: lss.StoreConfiguration) -> None:
-        self._target.lss_store(self._node_id, self._bitrate)
-        self._answer(lss.ConfigureReply(message.command, _DONE))
+        if not self._faults.lss_store_forgets:
+            self._target.lss_store(self._node_id, self._bitrate)
+        self._confirm(message.command, known=True)
 
     def _inquire_identity(self, message: lss.InquireIdentity) -> None:
         value = self._identity(message.command - LssCommand.INQUIRE_VENDOR)
-        if self._node.faults.lss_wrong_identity and message.command is LssCommand.INQUIRE_SERIAL:
+        if self._faults.lss_wrong_identity and message.command is LssCommand.INQUIRE_SERIAL:
             value = (value + 1) & 0xFFFF_FFFF
         self._answer(lss.InquireReply(message.command, value))
 
     def _inquire_node_id(self, message: lss.InquireNodeId) -> None:
-        self._answer(lss.InquireReply(message.command, self._node.node_id))
+        wrong = int(self._faults.lss_wrong_node_id)
+        self._answer(lss.InquireReply(message.command, self._node.node_id + wrong))

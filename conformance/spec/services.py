@@ -27,6 +27,7 @@ LssService: TypeAlias = Literal[
     "activate-bit-timing",
     "store-configuration",
     "inquire-identity",
+    "inquire-serial-number",
     "inquire-node-id",
     "identify-remote-slave",
 ]
@@ -207,11 +208,17 @@ class Changeable(StrictModel):
 
 
 class Lss(StrictModel):
-    """LSS slave: the NMT states in which it works, the services allowed in its own two states."""
+    """LSS slave: the NMT states in which it works, the services allowed in its own two states.
+
+    ``inquire-identity``: all four numbers; ``inquire-serial-number``: the last of them alone.
+    """
 
     states: list[State] = Field(default=["pre-operational", "operational", "stopped"])
     tells_mode: bool = Field(
         default=False, description="The answer to a selective switch carries the new mode."
+    )
+    unused: Literal["zero", "any"] = Field(
+        default="any", description="What the manual says of octets that an answer does not need."
     )
     waiting: list[LssService]
     configuration: list[LssService]
