@@ -109,6 +109,8 @@ def refusal(
         return f"the bench does not allow {' and '.join(missing)}"
     if "power" in effects and definition.power == "none":
         return "the bench cannot switch the supply"
+    if "bitrate" in effects and not definition.sets_bitrate:
+        return "the bit rate belongs to the interface and cannot be followed"
     return " and ".join(LACKING[need] for need in needs if not definition.has(need))
 
 

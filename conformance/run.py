@@ -225,6 +225,7 @@ class Run:
                 bench.link.now() - self._started_s, 3
             )
             self.results.run["frames"] = bench.link.line
+            self.results.run["non_volatile_writes"] = bench.non_volatile_writes
             self.results.run["unsolicited_sdo_responses"] = bench.channel.unsolicited
             try:
                 bench.close()

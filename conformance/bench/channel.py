@@ -25,13 +25,26 @@ class SdoChannel:
         self._link = link
         self.node_id = node_id
         self.timeout_s = timeout_s
-        self.request_id = cob_id.sdo_request(node_id)
-        self.response_id = cob_id.sdo_response(node_id)
         self._mark = link.mark()
         self._request = b""
         self._last_response: bytes | None = None
         self._repeats_before: bytes | None = None
         self.unsolicited = 0
+
+    @property
+    def request_id(self) -> int:
+        """The identifier of requests to the node."""
+        return cob_id.sdo_request(self.node_id)
+
+    @property
+    def response_id(self) -> int:
+        """The identifier of its responses."""
+        return cob_id.sdo_response(self.node_id)
+
+    def follow(self, node_id: int) -> None:
+        """Speak with the node at another node-ID from now on."""
+        self.settle()
+        self.node_id = node_id
 
     def is_response(self, frame: Frame) -> bool:
         """Tell whether a frame is on the node's SDO response identifier."""

@@ -15,6 +15,10 @@ from conformance.spec.yaml_reader import read_yaml
 Quantity: TypeAlias = Literal["tilt", "temperature", "supply"]
 
 
+_SET_UP_BY_OTHERS = ("socketcan", "socketcand", "remote", "udp_multicast", "virtual")
+"""Interfaces of python-can that do not set the bit rate."""
+
+
 class BenchDefinition(BaseModel):
     """A bench file.
 
@@ -50,6 +54,11 @@ class BenchDefinition(BaseModel):
     allow: list[Effect] = ["reads", "writes", "resets"]
     sdo_timeout_s: Annotated[float, Field(gt=0, le=60)] = 1.0
     boot_up_timeout_s: Annotated[float, Field(gt=0, le=60)] = 5.0
+
+    @property
+    def sets_bitrate(self) -> bool:
+        """The bit rate is that of our adapter, not of an interface that others set up."""
+        return self.interface not in _SET_UP_BY_OTHERS
 
     def has(self, need: Need) -> bool:
         """Tell whether the bench has what a check needs beside a bus."""

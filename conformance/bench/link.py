@@ -18,6 +18,9 @@ from conformance.wire.frame import Frame
 CLOCK_STEP_S = 1e-6
 """What is left of a wait below this is over: clocks count in steps."""
 
+SENT_WITHIN_S = 0.03
+"""What an adapter was told to send is on the bus within this, at 10 kbit/s too."""
+
 Match: TypeAlias = Callable[[Frame], bool]
 
 
@@ -49,15 +52,37 @@ class Link:
     Args:
         bus: An open python-can bus; closed with the link.
         trace: Where every frame is recorded.
+        reopen: Opens the bus again at a bit rate; None where the bit rate is not ours to set.
     """
 
-    def __init__(self, bus: can.BusABC, trace: Trace) -> None:
+    def __init__(
+        self,
+        bus: can.BusABC,
+        trace: Trace,
+        reopen: Callable[[int], can.BusABC] | None = None,
+    ) -> None:
         self._bus = bus
         self._trace = trace
+        self._reopen = reopen
         self._frames: list[Stamped] = []
         self.rig: SimulatedRig | None = bus if isinstance(bus, SimulatedRig) else None
         self.now: Callable[[], float] = self.rig.now if self.rig else time.monotonic
         self._offset_s = 0.0 if self.rig else time.time() - time.monotonic()
+
+    def use_bitrate(self, bitrate: int) -> None:
+        """Send and receive at another bit rate from now on, in bit/s.
+
+        Raises:
+            BenchError: The adapter does not take it.
+        """
+        self.listen(SENT_WITHIN_S, lambda _: False)
+        if self.rig is not None:
+            self.rig.use_bitrate(bitrate)
+        elif self._reopen is None:
+            raise BenchError("the bit rate belongs to the interface and cannot be set here")
+        else:
+            self._bus.shutdown()
+            self._bus = self._reopen(bitrate)
 
     def send(self, frame: Frame) -> Stamped:
         """Send a frame.

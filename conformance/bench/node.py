@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from conformance.bench.channel import SdoChannel
+from conformance.bench.keeping import groups_of, signature, writes_memory
 from conformance.bench.link import Link, Stamped
+from conformance.bench.offsets import offset_steps
 from conformance.bench.sdo import SdoPort, Transfer
 from conformance.bench.setup_client import SetupClient
 from conformance.errors import NodeTimeout, SetupRefused
@@ -46,16 +49,21 @@ class Node:
     ) -> None:
         self.link = link
         self.spec = spec
-        self.node_id = spec.node_id
         self.boot_up_timeout_s = boot_up_timeout_s
         self._alone = alone
         self.channel = channel
         self.sdo = SdoPort(channel)
         self._setup = SetupClient(channel)
-        self._undo: list[tuple[Key, bytes]] = []
+        self._undo: list[Callable[[], None]] = []
         self._commanded = False
         self._settled_s = 0.0
         self.was_reset = False
+        self.non_volatile_writes = 0
+
+    @property
+    def node_id(self) -> int:
+        """The node-ID at which the node is spoken to."""
+        return self.channel.node_id
 
     # Set-up: what fails here makes the check inconclusive.
 
@@ -104,7 +112,7 @@ class Node:
         except SetupRefused:
             del self._undo[before:]
             raise
-        self._note_settling(index)
+        self._note_write(index, sub)
 
     def try_download(self, index: int, sub: int, data: bytes) -> Transfer:
         """Download and return what the node made of it, to be judged; undone after the check."""
@@ -113,11 +121,38 @@ class Node:
         transfer = self.sdo.download(index, sub, data)
         if transfer.refused:
             del self._undo[before:]
-        self._note_settling(index)
+        self._note_write(index, sub)
         return transfer
 
-    def _note_settling(self, index: int) -> None:
-        """Note until when the node must not be reset after storing or restoring parameters."""
+    def write(self, index: int, sub: int, data: bytes) -> Transfer:
+        """Download and return what the node made of it; whoever calls undoes it."""
+        transfer = self.sdo.download(index, sub, data)
+        self._note_write(index, sub)
+        return transfer
+
+    def save(self, indices: set[int]) -> None:
+        """Store the settings at some indices, where there is a command for it.
+
+        Raises:
+            SetupRefused: The node refuses.
+        """
+        store = self.spec.services.store
+        if store is not None:
+            for sub in groups_of(store, indices):
+                self.download(store.object, sub, signature(store))
+
+    def put_back(self, key: Key, data: bytes) -> None:
+        """Write what a check is to leave behind; a step of its undoing.
+
+        Raises:
+            SetupRefused: The node refuses.
+            NodeTimeout: It does not answer.
+        """
+        self._setup.download(*key, data)
+
+    def _note_write(self, index: int, sub: int) -> None:
+        """Count writes of the non-volatile memory; note until when the node must not be reset."""
+        self.non_volatile_writes += writes_memory(self.spec, (index, sub))
         for service in (self.spec.services.store, self.spec.services.restore):
             if service is not None and service.object == index:
                 self._settled_s = self.link.now() + service.settle_ms / 1000
@@ -135,6 +170,7 @@ class Node:
 
     def _remember(self, index: int, sub: int) -> None:
         """Note what a download overwrites; what it affects is written back after it."""
+        self._undo += offset_steps(self, (index, sub))
         entry = self.spec.entry(index, sub)
         affected = (self.spec.entry(other) for other in (entry.affects if entry else ()))
         keys = [
@@ -146,7 +182,7 @@ class Node:
         if entry is not None and entry.readable and entry.kind not in ("command", "counter"):
             keys.append((index, sub))
         for key in keys:
-            self._undo.append((key, self.upload(*key)))
+            self._undo.append(partial(self.put_back, key, self.upload(*key)))
 
     # NMT
 
@@ -165,15 +201,28 @@ class Node:
         self, command: NmtCommand = NmtCommand.RESET_NODE, *, node_id: int | None = None
     ) -> None:
         """Reset the node and wait until it answers again, with or without a boot-up message."""
+        mark = self.begin_reset(command, node_id=node_id)
+        self.await_boot_up(mark)
+        self.hold_back()
+
+    def begin_reset(
+        self, command: NmtCommand = NmtCommand.RESET_NODE, *, node_id: int | None = None
+    ) -> int:
+        """Reset the node without waiting for it; return the mark since which it may be back."""
         self._settle()
         mark = self.link.mark()
         self.nmt(command, node_id=node_id)
         self.was_reset = True
-        self.await_boot_up(mark)
-        self._hold_back()
+        return mark
 
     def power_cycle(self) -> None:
         """Take the supply away and give it back, then wait until the node answers."""
+        mark = self.begin_power_cycle()
+        self.await_boot_up(mark)
+        self.hold_back()
+
+    def begin_power_cycle(self) -> int:
+        """Take the supply away and give it back; return the mark since which it may be back."""
         rig = self.link.rig
         if rig is None:
             raise SetupRefused("the bench cannot switch the supply")
@@ -182,10 +231,9 @@ class Node:
         rig.power_off()
         rig.power_on()
         self.was_reset = True
-        self.await_boot_up(mark)
-        self._hold_back()
+        return mark
 
-    def _hold_back(self) -> None:
+    def hold_back(self) -> None:
         """Bring a node that may have started by itself to Pre-operational."""
         for services, _ in self.spec.services_readings:
             if services.nmt.automatic_start or services.nmt.start_by is not None:
@@ -233,8 +281,8 @@ class Node:
             self._commanded = False
         undo, self._undo = self._undo, []
         try:
-            for (index, sub), data in reversed(undo):
-                self._setup.download(index, sub, data)
+            for step in reversed(undo):
+                step()
         except (SetupRefused, NodeTimeout):
             self.recover()
         self._settle()

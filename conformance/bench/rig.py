@@ -12,6 +12,9 @@ class SimulatedRig(Protocol):
     def now(self) -> float:
         """Return the simulated time in seconds."""
 
+    def use_bitrate(self, bitrate: int) -> None:
+        """Send and receive at another bit rate from now on, in bit/s."""
+
     def power_off(self) -> None:
         """Take the supply from every simulated device."""
 

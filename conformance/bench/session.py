@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from conformance.bench.channel import SdoChannel
 from conformance.bench.definition import BenchDefinition
 from conformance.bench.link import Link
 from conformance.bench.node import Node
+from conformance.bench.reach import Place, Reach
 from conformance.bench.trace import Trace
 from conformance.errors import BenchError, ConformanceError, SpecError
 from conformance.spec.model import DeviceSpec
@@ -32,7 +34,10 @@ class Bench:
         self.spec = spec
         self.link = link
         self.at_defaults = False
+        self.non_volatile_writes = 0
         self.channel = SdoChannel(link, spec.node_id, definition.sdo_timeout_s)
+        home = Place(spec.node_id, definition.bitrate or spec.bitrate)
+        self.reach = Reach(link, self.channel, spec, home, definition.boot_up_timeout_s)
 
     @classmethod
     def open(
@@ -53,23 +58,13 @@ class Bench:
         Raises:
             BenchError: The interface cannot be opened.
         """
-        arguments = {
-            "interface": definition.interface,
-            "channel": definition.channel,
-            "bitrate": definition.bitrate or spec.bitrate,
-            **definition.options,
-            **options,
-        }
-        try:
-            bus = can.Bus(ignore_config=True, **arguments)
-        except SpecError:
-            raise
-        except Exception as error:
-            raise BenchError(
-                f"cannot open the bus (interface {definition.interface}, channel "
-                f"{arguments['channel']}): {error or type(error).__name__}"
-            ) from error
-        return cls(definition, spec, Link(bus, Trace(trace)))
+        open_at = partial(_open, definition, options)
+        link = Link(
+            open_at(definition.bitrate or spec.bitrate),
+            Trace(trace),
+            open_at if definition.sets_bitrate else None,
+        )
+        return cls(definition, spec, link)
 
     def node(self) -> Node:
         """Return the node for the next check."""
@@ -93,6 +88,12 @@ class Bench:
         Raises:
             NodeTimeout: The node does not answer any more.
         """
+        try:
+            self._end(node, doubtful=doubtful)
+        finally:
+            self.non_volatile_writes += node.non_volatile_writes
+
+    def _end(self, node: Node, *, doubtful: bool) -> None:
         node.restore()
         if doubtful and not node.answers():
             node.recover()
@@ -147,6 +148,25 @@ class Bench:
             self.link.close()
         except (can.CanError, OSError, ConformanceError) as error:
             raise BenchError(f"cannot close the bus: {error}") from error
+
+
+def _open(definition: BenchDefinition, options: Mapping[str, Any], bitrate: int) -> can.BusABC:
+    arguments = {
+        "interface": definition.interface,
+        "channel": definition.channel,
+        "bitrate": bitrate,
+        **definition.options,
+        **options,
+    }
+    try:
+        return can.Bus(ignore_config=True, **arguments)
+    except SpecError:
+        raise
+    except Exception as error:
+        raise BenchError(
+            f"cannot open the bus (interface {definition.interface}, channel "
+            f"{arguments['channel']}, {bitrate} bit/s): {error or type(error).__name__}"
+        ) from error
 
 
 def _width(ranges: list[list[Any]]) -> int:

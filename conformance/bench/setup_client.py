@@ -61,8 +61,7 @@ class SetupClient:
 
     def __init__(self, channel: SdoChannel) -> None:
         self._client = PumpedSdoClient(channel)
-        self._node_id = channel.node_id
-        self._timeout_s = channel.timeout_s
+        self._channel = channel
 
     def download(self, index: int, sub: int, data: bytes) -> None:
         """Write to the node.
@@ -75,11 +74,11 @@ class SetupClient:
             self._client.download(index, sub, data)
         except SdoAbortedError as error:
             raise SetupRefused(
-                f"node {self._node_id} aborted download {address(index, sub)}: "
+                f"node {self._channel.node_id} aborted download {address(index, sub)}: "
                 f"{describe(error.code)} (value {data.hex(' ').upper()})"
             ) from error
         except SdoCommunicationError as error:
             raise NodeTimeout(
-                f"node {self._node_id}: no usable SDO response to download {address(index, sub)} "
-                f"within {self._timeout_s:g} s ({error})"
+                f"node {self._channel.node_id}: no usable SDO response to download {address(index, sub)} "
+                f"within {self._channel.timeout_s:g} s ({error})"
             ) from error

@@ -190,6 +190,11 @@ class SimulatorBus(SimulatorRig, can.BusABC):
                 return message
         return None
 
+    def use_bitrate(self, bitrate: int) -> None:
+        """Send and receive at another bit rate from now on, in bit/s."""
+        with self._shared.changed:
+            self._client.bitrate = bitrate
+
     def flush_tx_buffer(self) -> None:
         """Discard the frames handed over and not yet begun."""
         with self._shared.changed:

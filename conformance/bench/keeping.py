@@ -1,0 +1,48 @@
+"""What the node keeps in its non-volatile memory, and what makes it do so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from conformance.spec.document import Services, Store
+from conformance.spec.model import DeviceSpec, Key
+
+
+def signature(service: Store) -> int:
+    """Return the value that stores or restores, such as 6576 6173h for ``save``."""
+    return int.from_bytes(service.signature.encode("ascii"), "little")
+
+
+def covers(service: Store, sub: int, index: int) -> bool:
+    """Tell whether a sub-index of store or restore acts on an index."""
+    return any(int(low) <= index <= int(high) for low, high in service.groups[sub])
+
+
+def groups_of(service: Store, indices: set[int]) -> list[int]:
+    """Return the fewest sub-indices that together act on all of some indices that any acts on."""
+    left = {
+        index for index in indices if any(covers(service, sub, index) for sub in service.groups)
+    }
+    chosen: list[int] = []
+    while left:
+        best = max(
+            sorted(service.groups),
+            key=lambda sub: (sum(covers(service, sub, index) for index in left), -sub),
+        )
+        chosen.append(best)
+        left -= {index for index in left if covers(service, best, index)}
+    return chosen
+
+
+def writes_memory(spec: DeviceSpec, key: Key) -> bool:
+    """Tell whether a download may write the non-volatile memory, by any reading."""
+    return any(key in _kept_by_themselves(spec, it) for it, _ in spec.services_readings) or any(
+        service is not None and service.object == key[0]
+        for service in (spec.services.store, spec.services.restore)
+    )
+
+
+def _kept_by_themselves(spec: DeviceSpec, services: Services) -> Iterator[Key]:
+    for service in (services.node_id, services.bitrate):
+        if service is not None and not service.effective.startswith("after-store"):
+            yield from spec.companions((service.object, 0))
