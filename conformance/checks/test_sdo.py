@@ -106,8 +106,20 @@ def test_refused_length_names_the_length(node: Node, entry: Entry, verdict: Verd
         if transfer.abort is None:
             raise SetupRefused(f"{len(data)} octets were not aborted ({transfer}), see SDO-02")
         verdict.one_of(
-            f"abort code for {len(data)} octets", transfer.abort, cases.WRONG_LENGTH, show=describe
+            f"abort code for {len(data)} octets",
+            transfer.abort,
+            _length_codes(node.spec, len(data)),
+            show=describe,
         )
+
+
+def _length_codes(spec: DeviceSpec, octets: int) -> tuple[AbortCode, ...]:
+    """Return the codes for a wrong length; a server without segmented download may say that first."""
+    server = spec.services.sdo_server
+    if octets <= 4 or server is None or server.segmented_download:
+        return cases.WRONG_LENGTH
+    unsupported = (AbortCode.UNSUPPORTED_ACCESS, AbortCode.UNKNOWN_COMMAND_SPECIFIER)
+    return (*cases.WRONG_LENGTH, *unsupported)
 
 
 def _wrong_lengths(node: Node, entry: Entry) -> list[bytes]:

@@ -10,6 +10,9 @@ from conformance.spec.model import DeviceSpec, Entry, Key
 from conformance.wire.datatypes import DataType, Value
 
 _TEXT = "1.0"
+_PREDEFINED_TPDOS = 4
+"""TPDOs that have a COB-ID in the predefined connection set (CiA 301 v4.2.0, 7.3.5)."""
+
 _REALS = (DataType.REAL32, DataType.REAL64)
 
 
@@ -32,12 +35,19 @@ def initial_value(entry: Entry, serial_number: int, faults: Faults) -> Value:
 
 def unstated_values(spec: DeviceSpec) -> dict[Key, Value]:
     """Return initial values that no manual prints but that follow from what it says elsewhere."""
-    rule = spec.services.nmt.start_by
-    entry = None if rule is None else spec.entries.get(key_of(rule.object))
-    if rule is None or entry is None or entry.default is not None:
-        return {}
-    waits = 0 if rule.value else rule.mask
-    return {entry.key: waits}
+    rule, tpdo = spec.services.nmt.start_by, spec.services.tpdo
+    values: dict[Key, Value] = {}
+    if rule is not None:
+        values[key_of(rule.object)] = 0 if rule.value else rule.mask
+    if tpdo is not None:
+        for number in range(min(tpdo.count, _PREDEFINED_TPDOS)):
+            values[tpdo.communication + number, 1] = 0x180 + 0x100 * number + spec.node_id
+    entries = spec.entries
+    return {
+        key: value
+        for key, value in values.items()
+        if key in entries and entries[key].default is None
+    }
 
 
 def _serial_number(entry: Entry, serial_number: int) -> Value:

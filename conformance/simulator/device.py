@@ -213,7 +213,8 @@ class SimulatedDevice:
             power_on: The supply was switched on.
         """
         everything = scope is EVERYTHING
-        identity.settle_pairs(self.spec, self.memory)
+        settled = identity.settle_pairs(self.spec, self.memory)
+        kept = {key: value for key, value in kept.items() if key not in settled}
         node_id, bitrate = self.node_id, self.bitrate
         if power_on or identity.changes_at_reset(self.spec.services.node_id):
             node_id = identity.configured_node_id(self.spec, self.memory)

@@ -208,13 +208,13 @@ class ObjectDictionary:
 
     def _check_limited(self, entry: Entry, value: Value) -> None:
         if entry.limits_by is not None:
-            _check(entry.limits_by.ranges.get(int(value)), self.number(*entry.key))
+            _check(entry.limits_by.ranges.get(int(value)), self._written(entry.key))
 
     def _lower(self, entry: Entry, value: Value) -> None:
         ranges = entry.limits_by.ranges.get(int(value)) if entry.limits_by is not None else None
         if ranges is not None:
             most = max(high for _, high in ranges)
-            self.set(entry.key, min(self.number(*entry.key), most))
+            self.set(entry.key, min(self._written(entry.key), most))
 
     def _write(self, key: Key, value: Value) -> None:
         if self._faults.od_readback_stale in ("everywhere", key[0]):
@@ -224,14 +224,21 @@ class ObjectDictionary:
             act(value)
             return
         adjust = self.adjusts.get(key)
-        self.set(key, value if adjust is None else adjust(value))
+        kept = value if adjust is None else adjust(value)
+        if kept == value or kept != self._values[key]:  # else it was dropped, which nobody notes
+            self.set(key, kept)
 
     def _check_range(self, entry: Entry, value: Value) -> None:
         if not isinstance(value, int) or self._faults.accepts_out_of_range:
             return
         _check(self.ranges.get(entry.key, entry.legal), value)
         if entry.limits_by is not None:
-            _check(entry.limits_by.ranges.get(self.number(*entry.limits_by.key)), value)
+            _check(entry.limits_by.ranges.get(self._written(entry.limits_by.key)), value)
+
+    def _written(self, key: Key) -> int:
+        """Return the present value of an integer entry, whether in force or not."""
+        value = self.value(key)
+        return value if isinstance(value, int) else 0
 
     def _reads_as_zero(self, key: Key) -> bool:
         if key[0] in self._indices:

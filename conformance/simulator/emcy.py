@@ -90,11 +90,12 @@ class EmcyProducer:
         """Find out which axes are beyond their limits now."""
         if self._spec is None:
             return
-        for cause in self._spec.causes:
-            if self._is_beyond(cause.cause):
-                self.raise_error(cause.code, cause.bit)
-            else:
-                self.clear_error(cause.code, cause.bit)
+        causes = self._spec.causes
+        present = {Error(it.code, it.bit) for it in causes if self._is_beyond(it.cause)}
+        for cause in causes:
+            is_present = Error(cause.code, cause.bit) in present
+            change = self.raise_error if is_present else self.clear_error
+            change(cause.code, cause.bit)
 
     def _is_beyond(self, axis: Follows) -> bool:
         entries = self._node.dictionary.entries.values()
@@ -119,9 +120,9 @@ class EmcyProducer:
         self._errors[error] = None
         del self._history[self._depth - 1 :]
         self._history.insert(0, code)
-        self._leave()
         if self._spec is not None and (first or self._spec.sends == "each-change"):
             self._send(code)
+        self._leave()
 
     def clear_error(self, code: int, bit: int | None = None) -> None:
         """An error has gone."""

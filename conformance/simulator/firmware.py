@@ -70,13 +70,7 @@ class Firmware:
         self._heartbeat = HeartbeatProducer(node, services.heartbeat_producer)
         self._tpdos = TpdoProducer(node, services.tpdo)
         self.emcy = EmcyProducer(node, spec, live, hardware.memory, self._enter)
-        follow_rules(
-            node,
-            spec,
-            partial(reset, NmtCommand.RESET_NODE),
-            self.emcy.has_error,
-            lambda: not hardware.memory.values,
-        )
+        follow_rules(node, spec, partial(reset, NmtCommand.RESET_NODE), self.emcy.has_error)
         self._lss = None if services.lss is None else LssSlave(node, spec, services.lss, hardware)
 
     def boot(self, *, power_on: bool) -> None:

@@ -65,8 +65,9 @@ def changes_at_reset(service: Changeable | None) -> bool:
     return service is None or not service.effective.endswith("power-cycle")
 
 
-def settle_pairs(spec: DeviceSpec, memory: NonVolatileMemory) -> None:
-    """Give both objects of a pair that disagree what they last agreed on."""
+def settle_pairs(spec: DeviceSpec, memory: NonVolatileMemory) -> set[Key]:
+    """Give both objects of a pair that disagree what they last agreed on, and return them."""
+    settled: set[Key] = set()
     for rule in spec.behaviours.values():
         if not isinstance(rule, Paired):
             continue
@@ -76,6 +77,8 @@ def settle_pairs(spec: DeviceSpec, memory: NonVolatileMemory) -> None:
             memory.agreed[first] = memory.values.get(first)
         else:
             memory.keep(dict.fromkeys(keys, memory.agreed.get(first)))
+            settled.update(keys)
+    return settled
 
 
 def moved(values: Mapping[Key, Value], before: DeviceSpec, after: DeviceSpec) -> dict[Key, Value]:

@@ -22,7 +22,6 @@ def follow_rules(
     spec: DeviceSpec,
     reset: Callable[[], None],
     has_error: Callable[[int], bool],
-    factory_settings: Callable[[], bool],
 ) -> None:
     """Let the rules of a spec hold, apart from those on slopes.
 
@@ -31,7 +30,6 @@ def follow_rules(
         spec: The spec.
         reset: Restarts the node.
         has_error: Tells whether the error with a code is present.
-        factory_settings: Tells whether nothing is stored.
     """
     dictionary = node.dictionary
     for entry in dictionary.entries.values():
@@ -47,7 +45,7 @@ def follow_rules(
                 act = partial(_reset_on, node, rule.value, reset)
                 dictionary.actions[key_of(rule.command)] = act
             case StatusBits():
-                read = partial(_status, node, rule, has_error, factory_settings)
+                read = partial(_status, node, rule, has_error)
                 dictionary.computed[key_of(rule.object)] = read
             case _:
                 pass
@@ -62,20 +60,20 @@ def _reset_on(node: Node, wanted: int, reset: Callable[[], None], value: Value) 
         node.agenda.after(RESET_DELAY_NS, reset)
 
 
-def _status(
-    node: Node,
-    rule: StatusBits,
-    has_error: Callable[[int], bool],
-    factory_settings: Callable[[], bool],
-) -> int:
+def _status(node: Node, rule: StatusBits, has_error: Callable[[int], bool]) -> int:
     def is_set(meaning: StatusBit) -> bool:
         if meaning.object is not None:
             return node.dictionary.number(*key_of(meaning.object)) == meaning.value
         if meaning.factory_settings:
-            return factory_settings()
+            return _has_factory_settings(node)
         return any(has_error(code) for code in meaning.errors)
 
     return sum(1 << bit for bit, meaning in rule.bits.items() if is_set(meaning))
+
+
+def _has_factory_settings(node: Node) -> bool:
+    entries = node.dictionary.entries
+    return all(entries[key].kind != "config" for key in node.dictionary.changed())
 
 
 class _SameValue:

@@ -10,7 +10,7 @@ from conformance.simulator.rejection import SdoAbortError
 from conformance.spec.behaviours import Slope as SlopeSpec
 from conformance.spec.behaviours import Zeroing
 from conformance.spec.fields import key_of
-from conformance.spec.model import DeviceSpec, Entry
+from conformance.spec.model import DeviceSpec, Entry, Key
 from conformance.wire.abort import AbortCode
 from conformance.wire.datatypes import Value
 
@@ -35,22 +35,27 @@ class Slope:
         self._resolution = self._entry(spec.resolution)
         self._hidden_deg = 0.0
         self._unit_before = self._unit_deg(self._value)
+        self._steps_before = self._steps()
         live.slopes[self._value.key] = self._counts
         if self._preset is not None:
             node.dictionary.guards[self._preset.key].append(self._check_preset)
             node.dictionary.actions[self._preset.key] = self._preset_written
-        if self._resolution is not None:
-            node.dictionary.observers[self._resolution.key].append(self._resolution_written)
 
     def show(self, value_deg: float) -> None:
         """Set the offset so that the slope shows an angle now."""
         sign = -1 if self._spec.offset_is == "subtracted" else 1
-        offset_deg = sign * (value_deg - self._subtracted_deg())
+        sum_deg = -value_deg if self._inverted("sum") else value_deg
+        offset_deg = sign * (sum_deg - self._subtracted_deg())
         if self._offset is None:
             self._hidden_deg = offset_deg
             return
         unit = self._unit_deg(self._offset)
         self._dictionary.set(self._offset.key, clipped(self._offset, offset_deg / unit))
+
+    @property
+    def resolution(self) -> Key | None:
+        """The object that holds the resolution."""
+        return None if self._resolution is None else self._resolution.key
 
     def _entry(self, address: int | str | None) -> Entry | None:
         return None if address is None else self._dictionary.entries[key_of(address)]
@@ -93,7 +98,7 @@ class Slope:
         """Return what a preset subtracts."""
         follows = self._value.follows
         measured = 0.0 if follows is None else self._live.tilt_deg(follows)
-        measured = -measured if self._is_set(self._spec.inversion) else measured
+        measured = -measured if self._inverted("measured") else measured
         if self._spec.preset_subtracts == "measured":
             return measured
         return measured + self._deg(self._differential)
@@ -108,18 +113,23 @@ class Slope:
         reads = value if self._spec.preset_reads == "preset" else 0
         self._dictionary.set(self._preset.key, reads)
 
-    def _resolution_written(self, _value: Value) -> None:
+    def rescaled(self) -> dict[Key, int]:
+        """Return what a new resolution makes of preset, offset and differential offset."""
         before, now = self._unit_before, self._unit_deg(self._value)
-        self._unit_before = now
+        same = self._steps_before == self._steps()
+        self._unit_before, self._steps_before = now, self._steps()
         change = self._spec.resolution_change
-        if before == now or change == "keeps-numbers":
-            return
-        whole = (self._preset, self._offset, self._differential)
-        for entry in (self._offset,) if change == "deletes-offset" else whole:
-            if entry is not None:
-                number = self._dictionary.number(*entry.key)
-                kept = clipped(entry, number * before / now) if change == "keeps-angles" else 0
-                self._dictionary.set(entry.key, kept)
+        whole = [it for it in (self._preset, self._offset, self._differential) if it is not None]
+        if change == "keeps-angles" and before != now:
+            number = self._dictionary.number
+            return {it.key: clipped(it, number(*it.key) * before / now) for it in whole}
+        if same or not change.startswith("deletes"):
+            return {}
+        return {it.key: 0 for it in whole if change == "deletes-all" or it is self._offset}
+
+    def _steps(self) -> Value | None:
+        """Return the resolution written, in force or not."""
+        return None if self._resolution is None else self._dictionary.value(self._resolution.key)
 
 
 def follow_slopes(node: Node, live: LiveValues, spec: DeviceSpec) -> None:
@@ -128,10 +138,23 @@ def follow_slopes(node: Node, live: LiveValues, spec: DeviceSpec) -> None:
     slopes = {
         name: Slope(node, live, rule) for name, rule in rules.items() if isinstance(rule, SlopeSpec)
     }
+    resolutions = {slope.resolution: None for slope in slopes.values()}
+    for key in resolutions:
+        if key is not None:
+            affected = [slope for slope in slopes.values() if slope.resolution == key]
+            node.dictionary.observers[key].append(partial(_rescale, node, affected))
     for rule in rules.values():
         if isinstance(rule, Zeroing):
             zeroed = {bit: slopes[it] for bit, it in rule.slopes.items() if it in slopes}
             node.dictionary.actions[key_of(rule.command)] = partial(_zero, node, zeroed)
+
+
+def _rescale(node: Node, slopes: list[Slope], _value: Value) -> None:
+    """Follow a new resolution; the widest last, lest a twin of fewer bits cuts them off."""
+    numbers = {key: number for slope in slopes for key, number in slope.rescaled().items()}
+    entries = node.dictionary.entries
+    for key in sorted(numbers, key=lambda key: entries[key].type.bits or 0):
+        node.dictionary.set(key, numbers[key])
 
 
 def _zero(node: Node, slopes: dict[int, Slope], value: Value) -> None:

@@ -60,13 +60,16 @@ class ParameterStore:
         if self._node.faults.restore_forgets:
             return
         keys = set(self._group(service, sub))
-        if service.effective == "after-reset":
-            self._settle(service, partial(self._memory.defaults_once.update, keys))
-        elif service.effective == "after-store-and-reset":
+        if service.effective == "after-store-and-reset":
             self._defaults_at_save |= keys
-        else:
+            return
+        if service.effective == "at-once":
             for key in keys:
                 self._node.dictionary.set(key, self._node.dictionary.default(key))
+        if service.lasting:
+            self._settle(service, partial(self._memory.keep, dict.fromkeys(keys)))
+        elif service.effective == "after-reset":
+            self._settle(service, partial(self._memory.defaults_once.update, keys))
 
     def _settle(self, service: Store, act: Callable[[], None]) -> None:
         """Write to the non-volatile memory, which a reset before the end of it undoes."""

@@ -68,6 +68,8 @@ class TpdoRules:
             raise SdoAbortError(AbortCode.INVALID_VALUE)
 
     def _check_while_valid(self, sub: int, value: Value) -> None:
+        if self._spec.change_while_valid == "accepted":
+            return
         if self._is_valid() and value != self._dictionary.number(self._communication, sub):
             raise SdoAbortError(AbortCode.INVALID_VALUE)
 

@@ -89,7 +89,7 @@ class ResetCommand(_Behaviour):
 
 
 class StatusBit(StrictModel):
-    """What sets one bit: an object that holds a value, an error, or nothing stored at all."""
+    """What sets one bit: an object that holds a value, an error, or every setting as delivered."""
 
     object: Address | None = None
     value: int | None = None

@@ -189,6 +189,7 @@ class Store(StrictModel):
     """Store or restore parameters: signature and, per sub-index, the ranges of indices it covers.
 
     ``settle_ms``: how long the node must not be reset or switched off afterwards.
+    ``lasting``: defaults restored outlast the next start without a save.
     """
 
     object: Index
@@ -196,6 +197,7 @@ class Store(StrictModel):
     groups: Annotated[dict[Sub, list[Interval]], Field(min_length=1)]
     effective: Literal["at-once", "after-reset", "after-store-and-reset"] = "at-once"
     settle_ms: Annotated[int, Field(ge=0, le=60_000)] = 0
+    lasting: bool = False
     source: Source
 
 
