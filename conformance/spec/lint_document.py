@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from conformance.spec.document import Ambiguity, EntryDoc, RecordDoc, SpecDocument
-from conformance.spec.fields import shape
+from conformance.spec.fields import of_variant, shape
 from conformance.spec.resolve import Report
 from conformance.spec.yaml_reader import Path_, shown
 
@@ -44,6 +44,21 @@ def _lint_names(names: Iterable[str], path: Path_, document: SpecDocument, repor
         if name not in document.variants:
             known = ", ".join(document.variants)
             report(path, f"expected a variant of this file ({known}), got {shown(name)}")
+
+
+def lint_causes(document: SpecDocument, report: Report) -> None:
+    """Report limits of errors that are upside down, or those of a variant that nobody has."""
+    emcy = document.services.emcy_producer
+    for number, cause in enumerate(emcy.causes if emcy is not None else ()):
+        path = ("services", "emcy_producer", "causes", number, "limits")
+        by_variant = cause.limits if isinstance(cause.limits, dict) else {}
+        _lint_names(by_variant, path, document, report)
+        for name in document.variants:
+            limits = of_variant(cause.limits, name)
+            if limits is not None and limits[0] > limits[1]:
+                place = (*path, name) if by_variant else path
+                got = f"{limits[0]} to {limits[1]}"
+                report(place, f"expected lowest and highest angle, got {got}")
 
 
 def lint_ambiguities(ambiguities: list[Ambiguity], report: Report) -> None:

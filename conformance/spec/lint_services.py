@@ -51,7 +51,8 @@ def _object_mistakes(entries: Mapping[Key, Entry], services: Services) -> Mistak
         for attribute in _WITH_OBJECT:
             named = getattr(getattr(service, attribute, None), "object", None)
             if named is not None and key_of(named) not in entries:
-                got = address(*key_of(named))
+                index, sub = key_of(named)
+                got = address(index, sub or None)
                 yield (name, attribute, "object"), f"expected a documented object, got {got}"
 
 

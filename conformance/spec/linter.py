@@ -8,7 +8,7 @@ from conformance.errors import Problem
 from conformance.spec.document import Ambiguity, SpecDocument
 from conformance.spec.lint import lint_entries
 from conformance.spec.lint_behaviours import lint_behaviours
-from conformance.spec.lint_document import lint_ambiguities, lint_objects
+from conformance.spec.lint_document import lint_ambiguities, lint_causes, lint_objects
 from conformance.spec.lint_services import lint_services
 from conformance.spec.model import Entry, Key
 from conformance.spec.readings import (
@@ -89,6 +89,7 @@ class _Linter:
             entries = self._entries[variant] = resolver.entries(document)
             lint_entries(document.objects, entries, self._doubted, found.report)
             lint_services(entries, document.services, found.report)
+        lint_causes(document, found.report)
         lint_behaviours(document, found.report)
         return fits, found
 
@@ -112,6 +113,7 @@ class _Linter:
             return found
         touched = touched_objects({**instead_of, **own})
         lint_objects([i for i in touched if i in document.objects], document, found.report)
+        lint_causes(document, found.report)
         lint_behaviours(document, found.report)
         for variant in document.variants:
             self._lint_variant(document, variant, touched, found)

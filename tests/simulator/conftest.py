@@ -344,3 +344,24 @@ def ims(wire: Callable[..., Wired]) -> Callable[..., Wired]:
     return lambda readings=None, **options: wire(
         "siko_ims360", **{"variant": "two-axis", "readings": readings, **options}
     )
+
+
+def _is_of_a_rule(path: str) -> bool:
+    part, *_, attribute = path.split("/")
+    rules = ("effective", "otherwise", "after_node_id_change", "writable_while", "conflict")
+    return part in ("services", "behaviours") or attribute in rules
+
+
+@pytest.fixture(scope="session")
+def rule_readings() -> Callable[[str], set[tuple[str, int]]]:
+    """Returns the readings of a spec that change a service or a rule between objects."""
+
+    def find(name: str) -> set[tuple[str, int]]:
+        return {
+            (ambiguity.id, number)
+            for ambiguity in load_spec(SPECS / f"{name}.yaml").document.ambiguities
+            for number, reading in enumerate(ambiguity.readings, start=1)
+            if any(_is_of_a_rule(path) for path in reading.changes)
+        }
+
+    return find

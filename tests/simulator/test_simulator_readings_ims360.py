@@ -1,0 +1,171 @@
+"""What shows on the bus of each reading of the IMS360's manual that changes a service or a rule."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeAlias
+
+import pytest
+
+if TYPE_CHECKING:
+    from tests.simulator.conftest import Wired
+
+Build: TypeAlias = "Callable[..., Wired]"
+Watch: TypeAlias = "Callable[[Wired], object]"
+
+REFUSED = "abort 06090030h"
+
+
+def at_node_5(device: Wired) -> Wired:
+    device.set(x2002=5)
+    device.save_and_reset()
+    return device
+
+
+def restored_by_group_1(device: Wired) -> object:
+    at_node_5(device).load(1)
+    return device.reset()
+
+
+def restored_by_group_2(device: Wired) -> object:
+    at_node_5(device).load(2)
+    return device.reset()
+
+
+def saved_node_id(device: Wired) -> object:
+    device.set(x2002=5)
+    return device.save_and_reset()
+
+
+def node_id(device: Wired) -> object:
+    device.set(x2002=5)
+    device.run(0.05)
+    now = device.device.node_id
+    device.reset()
+    return now, device.device.node_id
+
+
+def bit_rate(device: Wired) -> object:
+    device.set(x2001=500_000)
+    device.run(0.05)
+    now = device.device.bitrate
+    device.reset()
+    return now, device.device.bitrate
+
+
+def restore(device: Wired) -> object:
+    device.set(x1017=100)
+    device.save()
+    device.load()
+    seen = [device.read(0x1017)]
+    for _ in range(2):
+        device.reset()
+        seen.append(device.read(0x1017))
+    return seen
+
+
+def remote_types(device: Wired) -> object:
+    return [device.write("0x1800:2", it) for it in (252, 253)]
+
+
+def other_types(device: Wired) -> object:
+    return [device.write("0x1803:2", it) for it in (0, 241, 251)]
+
+
+def inhibit_time(device: Wired) -> object:
+    device.set(x1800_1=0x8000_01B2, x1800_3=200)
+    device.set(x1800_1=0x1B2, x1800_2=254, x1800_5=10)
+    device.nmt(0x01, 0.5)
+    return min(device.periods_ms(2.0, "1B2"))
+
+
+def while_valid(device: Wired) -> object:
+    return device.write("0x1800:1", 0x201), device.write("0x1800:3", 5)
+
+
+def heartbeat(device: Wired) -> object:
+    return device.write(0x1017, 5), device.read(0x1017), device.periods_ms(1.0, "732")
+
+
+def search(device: Wired) -> object:
+    identity = [0x195, 0x1869F, 0, 0, 1, 1]
+    frames = (
+        f"7E5#{0x46 + n:02X}{it.to_bytes(4, 'little').hex()}000000" for n, it in enumerate(identity)
+    )
+    return device.run(0.01, *frames)
+
+
+def status(device: Wired) -> object:
+    before = device.read("0x3000:1")
+    device.fail(0xFF01)
+    return before, device.read("0x3000:1")
+
+
+def new_filter(device: Wired) -> object:
+    device.set(x3110_1=1, x3111=20000)
+    return device.write("0x3110:1", 2), device.read(0x3111)
+
+
+def measuring_range(device: Wired) -> object:
+    device.set(x3120_1=0)
+    now = device.read("0x3000:1")
+    device.save_and_reset()
+    return now, device.read("0x3000:1")
+
+
+def zeroed(device: Wired) -> object:
+    device.tilt(10.5, -4.25)
+    device.set(x3200=3)
+    return [device.read(it) for it in (0x3210, 0x3220, 0x6110, 0x6120)]
+
+
+CASES: dict[str, tuple[Watch, dict[int, object]]] = {
+    "IMS-14": (restored_by_group_2, {1: ["705#00"], 2: ["732#00"]}),
+    "IMS-15": (restored_by_group_1, {1: ["732#00"], 2: ["705#00"]}),
+    "IMS-25": (remote_types, {1: ["ok"] * 2, 2: [REFUSED] * 2}),
+    "IMS-30": (other_types, {1: [REFUSED] * 3, 2: ["ok"] * 3}),
+    "IMS-31": (inhibit_time, {1: 20, 2: 200}),
+    "IMS-35": (while_valid, {1: (REFUSED, REFUSED), 2: ("ok", "ok")}),
+    "IMS-62": (heartbeat, {1: (REFUSED, 0, []), 2: ("ok", 10, [10])}),
+    "IMS-67": (search, {1: [], 2: ["7E4#4F00000000000000"]}),
+    "IMS-95": (saved_node_id, {1: ["705#00"], 2: ["732#00"]}),
+    "IMS-98": (restore, {1: [100, 0, 100], 2: [100, 100, 100], 3: [0, 100, 100]}),
+    "IMS-109": (
+        bit_rate,
+        {1: (125_000, 125_000), 2: (125_000, 500_000), 3: (500_000, 125_000)},
+    ),
+    "IMS-110": (node_id, {1: (50, 50), 2: (50, 5), 3: (5, 50)}),
+    "IMS-119": (status, {1: (0, 2), 2: (5, 7)}),
+    "IMS-126": (
+        new_filter,
+        {1: ("abort 06090031h", 20000), 2: ("ok", 8000), 3: ("ok", 20000)},
+    ),
+    "IMS-131": (measuring_range, {1: (0, 0), 2: (1, 0)}),
+    "IMS-135": (zeroed, {1: [-1050, 425, 0, 0], 2: [1050, -425, 0, 0]}),
+    "IMS-138": (zeroed, {1: [-1050, 425, 0, 0], 2: [-1050, 425, 1050, -425]}),
+}
+
+ALONG_WITH = {"IMS-131": {"IMS-119": 2}}
+"""Readings under which another one shows."""
+
+NOT_ON_THE_BUS = {"IMS-57": "an error that is raised from outside brings its code"}
+
+
+@pytest.mark.parametrize(
+    ("ambiguity", "reading"), [(it, number) for it in CASES for number in CASES[it][1]]
+)
+def test_a_reading_shows_on_the_bus(ims: Build, ambiguity: str, reading: int) -> None:
+    watch, seen = CASES[ambiguity]
+    device = ims({**ALONG_WITH.get(ambiguity, {}), ambiguity: reading})
+    assert watch(device) == seen[reading]
+
+
+def test_every_reading_is_told_from_the_first() -> None:
+    for watch, seen in CASES.values():
+        assert seen[1] not in [seen[number] for number in seen if number > 1], watch
+
+
+def test_no_reading_is_left_out(rule_readings: Callable[[str], set[tuple[str, int]]]) -> None:
+    tried = {(it, number) for it in CASES for number in CASES[it][1]}
+    missing = rule_readings("siko_ims360") - tried
+    assert {it for it, _ in missing} == set(NOT_ON_THE_BUS)
