@@ -168,6 +168,8 @@ class Run:
     ) -> Item:
         """Return the result of one item; what happened on the bus since it began is its trace."""
         first, last = self._line + 1, self._bench.link.line if self._bench else 0
+        if verdict.trace is not None:
+            first, last = verdict.trace
         now = self._bench.link.now() if self._bench else 0.0
         failed = [m for m in verdict.measurements if not m.ok]
         decisive = failed[:1] or verdict.measurements[-1:]

@@ -45,6 +45,7 @@ class Verdict:
 
     measurements: list[Measurement] = field(default_factory=list)
     readings: dict[str, int] = field(default_factory=dict)
+    trace: tuple[int, int] | None = None
 
     def equal(
         self,
@@ -113,6 +114,10 @@ class Verdict:
     def follows(self, ambiguity: str, reading: int) -> None:
         """Note which reading of an ambiguous place the device follows."""
         self.readings[ambiguity] = reading
+
+    def shown_in(self, first: int, last: int) -> None:
+        """Note the lines of the trace that show what is judged, where an earlier item saw it."""
+        self.trace = first, last
 
     def conclude(self) -> None:
         """End the check.
