@@ -161,6 +161,8 @@ def _unstated(file: SpecFile, spec: DeviceSpec, encoded: set[Path_]) -> Iterator
         if not _is_named(("objects", index), encoded):
             yield address(index)
     for service, figures in file.yaml.data["services"].items():
+        if getattr(spec.services, service) is None:
+            continue
         for figure in figures:
             path: Path_ = ("services", service, figure)
             if figure != "source" and not _is_named(path, encoded):

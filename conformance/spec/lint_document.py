@@ -61,6 +61,13 @@ def lint_causes(document: SpecDocument, report: Report) -> None:
                 report(place, f"expected lowest and highest angle, got {got}")
 
 
+def lint_service_variants(document: SpecDocument, report: Report) -> None:
+    """Report variants that some services name and the file does not have."""
+    for name, service in document.services:
+        path = ("services", name, "variants")
+        _lint_names(getattr(service, "variants", None) or (), path, document, report)
+
+
 def lint_ambiguities(ambiguities: list[Ambiguity], report: Report) -> None:
     """Report ids used twice, and judged readings that are not listed."""
     seen: set[str] = set()

@@ -8,7 +8,12 @@ from conformance.errors import Problem
 from conformance.spec.document import Ambiguity, SpecDocument
 from conformance.spec.lint import lint_entries
 from conformance.spec.lint_behaviours import lint_behaviours
-from conformance.spec.lint_document import lint_ambiguities, lint_causes, lint_objects
+from conformance.spec.lint_document import (
+    lint_ambiguities,
+    lint_causes,
+    lint_objects,
+    lint_service_variants,
+)
 from conformance.spec.lint_services import lint_services
 from conformance.spec.model import Entry, Key
 from conformance.spec.readings import (
@@ -88,8 +93,9 @@ class _Linter:
             resolver = EntryResolver(variant, document.factory.node_id, found.report)
             entries = self._entries[variant] = resolver.entries(document)
             lint_entries(document.objects, entries, self._doubted, found.report)
-            lint_services(entries, document.services, found.report)
+            lint_services(entries, document.services.of_variant(variant), found.report)
         lint_causes(document, found.report)
+        lint_service_variants(document, found.report)
         lint_behaviours(document, found.report)
         return fits, found
 
@@ -114,6 +120,7 @@ class _Linter:
         touched = touched_objects({**instead_of, **own})
         lint_objects([i for i in touched if i in document.objects], document, found.report)
         lint_causes(document, found.report)
+        lint_service_variants(document, found.report)
         lint_behaviours(document, found.report)
         for variant in document.variants:
             self._lint_variant(document, variant, touched, found)
@@ -129,7 +136,7 @@ class _Linter:
                 entries |= {entry.key: entry for entry in resolver.object(document, index)}
         entries = dict(sorted(entries.items()))
         lint_entries(_with_dependents(touched, entries), entries, self._doubted, found.report)
-        lint_services(entries, document.services, found.report)
+        lint_services(entries, document.services.of_variant(variant), found.report)
 
     def _places(self, number: int, reading: int) -> dict[Path_, Path_]:
         """Return for each path that a reading changes where in the file it says so."""

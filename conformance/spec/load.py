@@ -77,13 +77,13 @@ class SpecFile:
             variant=variant,
             node_id=node_id,
             bitrate=document.factory.bitrate,
-            services=document.services,
+            services=document.services.of_variant(variant),
             entries=with_alternatives(entries, others),
             ambiguities=tuple(document.ambiguities),
             readings=chosen,
             sha256=hashlib.sha256(self.yaml.text).hexdigest(),
             behaviours=_that_hold(document.behaviours, entries),
-            other_services=tuple(self._other_services(chosen, asked)),
+            other_services=tuple(self._other_services(variant, chosen, asked)),
         )
 
     def _variant(self, name: str | None) -> str:
@@ -139,7 +139,7 @@ class SpecFile:
         return others
 
     def _other_services(
-        self, chosen: Mapping[str, int], asked: Mapping[str, int]
+        self, variant: str, chosen: Mapping[str, int], asked: Mapping[str, int]
     ) -> Iterator[OtherServices]:
         """Return the services under each reading not chosen of an open ambiguity about them."""
         for ambiguity in self.document.ambiguities:
@@ -152,7 +152,8 @@ class SpecFile:
                         other = self._under({**chosen, ambiguity.id: number})
                     except ChangeError:  # a reading that those asked for exclude
                         continue
-                    yield OtherServices(ambiguity.id, number, other.services)
+                    services = other.services.of_variant(variant)
+                    yield OtherServices(ambiguity.id, number, services)
 
     def _under(self, chosen: Mapping[str, int]) -> SpecDocument:
         ambiguities = self.document.ambiguities

@@ -64,7 +64,13 @@ class Nmt(StrictModel):
     source: Source
 
 
-class SdoServer(StrictModel):
+class Service(StrictModel):
+    """What every service but NMT has."""
+
+    variants: list[str] | None = Field(default=None, description="Offered by these variants only.")
+
+
+class SdoServer(Service):
     """SDO server; ``short_texts``: how a text of up to four octets is uploaded."""
 
     short_texts: Literal["expedited", "segmented"] = "expedited"
@@ -72,7 +78,7 @@ class SdoServer(StrictModel):
     source: Source
 
 
-class HeartbeatProducer(StrictModel):
+class HeartbeatProducer(Service):
     """Heartbeat producer; times in milliseconds, ``off`` is the value that switches it off."""
 
     object: Index
@@ -84,7 +90,7 @@ class HeartbeatProducer(StrictModel):
     source: Source
 
 
-class SyncConsumer(StrictModel):
+class SyncConsumer(Service):
     """SYNC consumer and the object that holds its COB-ID; without one it is that of CiA 301."""
 
     object: Index | None = None
@@ -124,7 +130,7 @@ class OnError(StrictModel):
     source: Source
 
 
-class EmcyProducer(StrictModel):
+class EmcyProducer(Service):
     """EMCY producer: COB-ID object, error codes and the states in which it sends.
 
     ``inhibit``: object of the inhibit time in multiples of 100 us.
@@ -158,7 +164,7 @@ class ByteOrder(StrictModel):
     source: Source
 
 
-class Tpdo(StrictModel):
+class Tpdo(Service):
     """TPDO producer; one pair of communication and mapping object per TPDO.
 
     ``map_only_while``: what must hold before a mapping entry may be written.
@@ -185,7 +191,7 @@ class Tpdo(StrictModel):
     source: Source
 
 
-class Store(StrictModel):
+class Store(Service):
     """Store or restore parameters: signature and, per sub-index, the ranges of indices it covers.
 
     ``settle_ms``: how long the node must not be reset or switched off afterwards.
@@ -201,7 +207,7 @@ class Store(StrictModel):
     source: Source
 
 
-class Changeable(StrictModel):
+class Changeable(Service):
     """An object that changes how the node is reached, and when the change takes effect."""
 
     object: Index
@@ -209,7 +215,7 @@ class Changeable(StrictModel):
     source: Source
 
 
-class Lss(StrictModel):
+class Lss(Service):
     """LSS slave: the NMT states in which it works, the services allowed in its own two states.
 
     ``inquire-identity``: all four numbers; ``inquire-serial-number``: the last of them alone.
@@ -241,3 +247,17 @@ class Services(StrictModel):
     node_id: Changeable | None = None
     bitrate: Changeable | None = None
     lss: Lss | None = None
+
+    def of_variant(self, variant: str) -> Services:
+        """Return the services that one variant offers."""
+        named: dict[str, Service | None] = {
+            name: getattr(self, name) for name in type(self).model_fields if name != "nmt"
+        }
+        lacking = [
+            name
+            for name, service in named.items()
+            if service is not None
+            and service.variants is not None
+            and variant not in service.variants
+        ]
+        return self.model_copy(update=dict.fromkeys(lacking))
