@@ -148,9 +148,10 @@ class Held:
 def _told_apart(node: Node) -> list[Held]:
     """Mappable entries that fit one TPDO and hold different values, so that their order shows."""
     chosen: list[Held] = []
+    most = MOST_BITS - 8 if _may_be_filled_up(node.spec) else MOST_BITS  # so that filling shows
     for entry in sorted(mappable(node), key=lambda entry: -entry.index):
         bits = sum(field.entry.type.bits or 0 for field in chosen) + (entry.type.bits or 0)
-        if bits > MOST_BITS:
+        if bits > most:
             continue
         try:
             held = _held(node, entry)
@@ -161,6 +162,12 @@ def _told_apart(node: Node) -> list[Held]:
     if len(chosen) < 2:
         raise SetupRefused("the mappable objects all hold one value, so their order cannot be seen")
     return chosen
+
+
+def _may_be_filled_up(spec: DeviceSpec) -> bool:
+    """Tell whether a TPDO is longer than its mapped objects under some reading of the manual."""
+    tpdos = (services.tpdo for services, _ in spec.services_readings)
+    return any(tpdo is not None and tpdo.octets is not None for tpdo in tpdos)
 
 
 def _as_mapped(node: Node, port: TpdoPort) -> list[Held]:
