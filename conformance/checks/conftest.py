@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from conformance.bench.heartbeat import HeartbeatPort
+from conformance.bench.lss import LssPort
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
 from conformance.bench.stimulus import Stimulus
@@ -50,6 +51,14 @@ def stimulus(bench: Bench) -> Iterator[Stimulus]:
     stimulus = Stimulus(bench.link)
     yield stimulus
     stimulus.rest()
+
+
+@pytest.fixture
+def lss(bench: Bench, node: Node, spec: DeviceSpec) -> Iterator[LssPort]:
+    """The node's LSS slave; the node is brought back to its place afterwards."""
+    port = LssPort(node, bench.reach, spec.services.lss)
+    yield port
+    port.leave()
 
 
 @pytest.fixture

@@ -199,7 +199,7 @@ class Faults(BaseModel):
     lss_ignores_order: bool = Field(
         default=False, description="A selective switch takes the four numbers in any order."
     )
-    lss_identifies: Literal["anything", "as-asked", "limits-excluded"] = "as-asked"
+    lss_identifies: Literal["anything", "as-asked", "one-only"] = "as-asked"
     lss_outcome: Annotated[int, Field(ge=0, le=255)] | None = Field(
         default=None, description="Error code in every answer to a configuring service."
     )

@@ -128,7 +128,8 @@ class LssSlave:
         else:
             fits |= place == 3 and self._faults.lss_ignores_serial
             before = frozenset(range(place))
-            self._matching = before | {place} if fits and self._matching == before else frozenset()
+            fits &= place == 0 or self._matching == before
+            self._matching = before | {place} if fits else frozenset()
         if len(self._matching) == 4:
             self._matching = frozenset()
             self._configuring = True
@@ -139,8 +140,8 @@ class LssSlave:
         number, asked = self._identity((0, 1, 2, 2, 3, 3)[place]), message.value
         if self._faults.lss_identifies == "anything" or place < 2:
             inside = number == asked or place >= 2
-        elif number == asked:
-            inside = self._faults.lss_identifies != "limits-excluded"
+        elif number == asked or self._faults.lss_identifies == "one-only":
+            inside = number == asked
         else:
             inside = number > asked if message.command in _LOW else number < asked
         self._identified = place + 1 if inside and place in (0, self._identified) else 0
