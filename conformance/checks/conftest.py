@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from conformance.bench.emcy import EmcyPort
 from conformance.bench.heartbeat import HeartbeatPort
 from conformance.bench.lss import LssPort
 from conformance.bench.node import Node
@@ -51,6 +52,14 @@ def stimulus(bench: Bench) -> Iterator[Stimulus]:
     stimulus = Stimulus(bench.link)
     yield stimulus
     stimulus.rest()
+
+
+@pytest.fixture
+def emcy(node: Node, spec: DeviceSpec, stimulus: Stimulus) -> Iterator[EmcyPort]:
+    """The node's EMCY producer; what was provoked is brought back afterwards."""
+    port = EmcyPort(node, spec.services.emcy_producer, stimulus)
+    yield port
+    port.leave()
 
 
 @pytest.fixture

@@ -103,8 +103,10 @@ class SimulatedBus:
 
     def stimulate(self, device: SimulatedDevice, act: Callable[[SimulatedDevice], None]) -> None:
         """Do something to a device from outside; it sends what follows from that."""
+        station = self._station(device)
+        self._step(station, ())
         act(device)
-        self._step(self._station(device), ())
+        self._step(station, ())
 
     def connect(self, deliver: Deliver, bitrate: int | None = None) -> Client:
         """Connect a client."""

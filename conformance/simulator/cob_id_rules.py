@@ -30,7 +30,8 @@ def guard_cob_ids(node: Node, services: Services) -> None:
         _guard(node, (services.sync_consumer.object, 0), _check_sync)
     if services.emcy_producer is not None:
         emcy = services.emcy_producer
-        _guard(node, (emcy.object, 0), _producer_check(emcy.change_while_valid))
+        check = _producer_check(emcy.change_while_valid, emcy.restricted)
+        _guard(node, (emcy.object, 0), check)
     if services.tpdo is not None:
         check = _producer_check(services.tpdo.change_while_valid)
         for number in range(services.tpdo.count):
@@ -48,25 +49,25 @@ def _check_sync(node: Node, _key: Key, value: Value) -> None:
     _check_restricted(node, word)
 
 
-def _producer_check(while_valid: str) -> Callable[[Node, Key, Value], None]:
-    return _check_producer if while_valid == "refused" else _check_movable
+def _producer_check(
+    while_valid: str, restricted: str = "refused"
+) -> Callable[[Node, Key, Value], None]:
+    return partial(
+        _check_producer, movable=while_valid == "accepted", anything=restricted == "accepted"
+    )
 
 
-def _check_movable(node: Node, key: Key, value: Value) -> None:
-    before = node.dictionary.number(*key)
-    _check_producer(node, key, value, before | NOT_VALID)
-
-
-def _check_producer(node: Node, key: Key, value: Value, before: int | None = None) -> None:
+def _check_producer(node: Node, key: Key, value: Value, *, movable: bool, anything: bool) -> None:
     word = int(value)
-    before = node.dictionary.number(*key) if before is None else before
+    before = node.dictionary.number(*key)
     if word & _WIDE:
         raise SdoAbortError(AbortCode.INVALID_VALUE)
     if word & NOT_VALID:
         return
-    _check_restricted(node, word)
+    if not anything:
+        _check_restricted(node, word)
     moved = (word ^ before) & CAN_ID and not before & NOT_VALID
-    if moved and not node.faults.cob_id_changes_while_valid:
+    if moved and not movable and not node.faults.cob_id_changes_while_valid:
         raise SdoAbortError(AbortCode.INVALID_VALUE)
 
 

@@ -1,28 +1,27 @@
-"""EMCY producer, error register and error history (CiA 301 v4.2.0, 7.2.7, 7.5.2.2, 7.5.2.4)."""
+"""EMCY producer and error register of a simulated device (CiA 301 v4.2.0, 7.2.7, 7.5.2.2)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Final
 
 from conformance.simulator.cob_id_rules import CAN_ID, NOT_VALID
+from conformance.simulator.history import ErrorHistory
 from conformance.simulator.live import LiveValues
 from conformance.simulator.memory import NonVolatileMemory
 from conformance.simulator.node import Node
-from conformance.simulator.rejection import SdoAbortError
 from conformance.spec.document import Follows
 from conformance.spec.fields import of_variant
 from conformance.spec.model import DeviceSpec
+from conformance.spec.services import TiltAxis
 from conformance.wire import emcy
-from conformance.wire.abort import AbortCode
-from conformance.wire.datatypes import Value
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtState
 
 NO_ERROR: Final = 0x0000
 INHIBIT_UNIT_NS: Final = 100_000
+_FILLING: Final = 0xA5
 
 _GENERIC: Final = 0
 _MANUFACTURER: Final = 7
@@ -62,17 +61,17 @@ class EmcyProducer:
         self._live = live
         self._enter = enter
         self._errors: dict[Error, None] = {}
-        self._history: list[int] = []
+        self._history = ErrorHistory(node, self._spec, memory)
         self._waiting: list[Frame] = []
         self._free_ns = 0
+        self._latched = 0
         self._inhibited = node.agenda.timer(lambda _due_ns: self._send_waiting())
         for entry in node.dictionary.entries.values():
             if entry.follows == "error-register":
                 node.dictionary.computed[entry.key] = self._register
         if self._spec is None:
             return
-        if self._spec.history is not None:
-            self._offer_history(self._spec.history, memory)
+        self._word_at_start = node.dictionary.number(self._spec.object)
         if self._spec.manufacturer_code is not None:
             key = self._spec.manufacturer_code.object, 0
             node.dictionary.computed[key] = self._manufacturer_code
@@ -90,12 +89,15 @@ class EmcyProducer:
         """Find out which axes are beyond their limits now."""
         if self._spec is None:
             return
-        causes = self._spec.causes
-        present = {Error(it.code, it.bit) for it in causes if self._is_beyond(it.cause)}
-        for cause in causes:
-            is_present = Error(cause.code, cause.bit) in present
-            change = self.raise_error if is_present else self.clear_error
-            change(cause.code, cause.bit)
+        found: dict[Error, TiltAxis] = {}
+        for cause in self._spec.causes:
+            if self._is_beyond(cause.cause):
+                found.setdefault(Error(cause.code, cause.bit), cause.cause)
+        for cause in self._spec.causes:
+            if Error(cause.code, cause.bit) not in found:
+                self.clear_error(cause.code, cause.bit)
+        for error, axis in found.items():
+            self.raise_error(error.code, error.bit, axis)
 
     def _is_beyond(self, axis: Follows) -> bool:
         entries = self._node.dictionary.entries.values()
@@ -111,18 +113,17 @@ class EmcyProducer:
         """Return whether an error with a code is present."""
         return any(error.code == code for error in self._errors)
 
-    def raise_error(self, code: int, bit: int | None = None) -> None:
-        """An error has occurred."""
+    def raise_error(self, code: int, bit: int | None = None, axis: TiltAxis | None = None) -> None:
+        """An error has occurred, found at an axis or elsewhere."""
         error = Error(code, bit)
         if error in self._errors:
             return
         first = not self._errors
         self._errors[error] = None
-        del self._history[self._depth - 1 :]
-        self._history.insert(0, code)
-        if self._spec is not None and (first or self._spec.sends == "each-change"):
+        self._history.enter(code)
+        if first or self._tells_each_change:
             self._send(code)
-        self._leave()
+        self._leave(axis)
 
     def clear_error(self, code: int, bit: int | None = None) -> None:
         """An error has gone."""
@@ -130,11 +131,20 @@ class EmcyProducer:
         if error not in self._errors:
             return
         del self._errors[error]
-        if self._spec is None or self._spec.cleared == "silent":
+        if self._spec is None:
             return
-        told = not self._errors or self._spec.sends == "each-change"
+        if self._spec.history_keeps == "errors-and-resets":
+            self._history.enter(NO_ERROR)
+        if self._spec.cleared == "silent":
+            return
+        told = not self._errors or self._tells_each_change
         if told and not self._node.faults.emcy_never_clears:
             self._send(NO_ERROR)
+
+    @property
+    def _tells_each_change(self) -> bool:
+        each = self._spec is not None and self._spec.sends == "each-change"
+        return each and not self._node.faults.emcy_first_error_only
 
     def boot(self) -> None:
         """Tell the errors found during initialisation."""
@@ -142,10 +152,13 @@ class EmcyProducer:
         if self._node.faults.emcy_at_boot:
             self._send(NO_ERROR)
 
-    def _leave(self) -> None:
+    def _leave(self, axis: TiltAxis | None) -> None:
         """Enter the state that an error leads to."""
         rule = self._spec.on_error if self._spec is not None else None
-        if rule is None or self._node.dictionary.state not in rule.leaves:
+        if self._node.faults.error_state is not None:
+            self._enter(NmtState[self._node.faults.error_state.upper().replace("-", "_")])
+            return
+        if rule is None or self._node.dictionary.state not in rule.leaves or axis in rule.mild:
             return
         state = rule.state
         if rule.object is not None:
@@ -153,42 +166,17 @@ class EmcyProducer:
         if state is not None:
             self._enter(NmtState[state.upper().replace("-", "_")])
 
-    def _offer_history(self, index: int, memory: NonVolatileMemory) -> None:
-        dictionary = self._node.dictionary
-        entries = [entry for key, entry in dictionary.entries.items() if key[0] == index]
-        errors = [entry for entry in entries if entry.sub]
-        if any(entry.persistent for entry in errors):
-            self._history = memory.history
-        dictionary.computed[index, 0] = lambda: len(self._history)
-        dictionary.guards[index, 0].append(_check_zero)
-        dictionary.actions[index, 0] = lambda _value: self._history.clear()
-        for entry in errors:
-            dictionary.computed[entry.key] = partial(self._past_error, entry.sub, entry.default)
-
-    @property
-    def _depth(self) -> int:
-        if self._spec is None or self._spec.history is None:
-            return 1
-        entries = self._node.dictionary.entries
-        return sum(
-            1
-            for key, entry in entries.items()
-            if key[0] == self._spec.history and entry.sub and not entry.optional
-        )
-
-    def _past_error(self, sub: int, default: Value | None) -> Value:
-        if sub <= len(self._history):
-            return self._history[sub - 1]
-        if default is None:
-            raise SdoAbortError(AbortCode.NO_DATA_AVAILABLE)
-        return default
-
     def _register(self) -> int:
-        register = 0
         known = self._spec.register_bits if self._spec is not None else {}
-        for error in self._errors:
+        faults = self._node.faults
+        register = self._latched
+        for error in self._errors if known else ():
             register |= 1 << _GENERIC | 1 << _register_bit(error.code, known)
-        return register if known else 0
+        if faults.error_register_latched:
+            self._latched = register
+        if faults.error_register_without_bit_0:
+            register &= ~(1 << _GENERIC)
+        return register | (1 << _GENERIC if faults.error_register_stuck else 0)
 
     def _manufacturer_code(self) -> int:
         return sum({1 << error.bit for error in self._errors if error.bit is not None})
@@ -197,27 +185,37 @@ class EmcyProducer:
         spec, node = self._spec, self._node
         if spec is None or node.faults.emcy_missing:
             return
-        if node.dictionary.state not in spec.states:
+        states = [*spec.states, *node.faults.emcy_states]
+        if node.dictionary.state not in states:
             return
         word = node.dictionary.number(spec.object)
-        if word & NOT_VALID:
+        if word & NOT_VALID and not node.faults.emcy_ignores_bit_31:
             return
+        if node.faults.emcy_keeps_cob_id:
+            word = self._word_at_start
         frame = emcy.encode(self._message(code), word & CAN_ID)
+        if node.faults.emcy_short:
+            frame = Frame(frame.can_id, frame.data[:3])
         for _ in range(1 + node.faults.emcy_repeats):
             self._queue(frame)
 
     def _message(self, code: int) -> emcy.Emergency:
-        own = bytearray(5)
+        faults = self._node.faults
+        filling = _FILLING if self._spec is not None and self._spec.other_octets == "any" else 0
+        own = bytearray([filling] * 5)
         place = self._spec.manufacturer_code if self._spec is not None else None
-        if place is not None:
+        if place is not None and not faults.emcy_without_manufacturer_code:
             own[place.octet] = self._manufacturer_code() & 0xFF
-        return emcy.Emergency(code, self._register(), bytes(own))
+        if faults.emcy_code_plus_one:
+            code += 1
+        register = self._register() ^ (_FILLING if faults.emcy_wrong_register else 0)
+        return emcy.Emergency(code, register, bytes(own))
 
     def _queue(self, frame: Frame) -> None:
         """Send a frame now, or as soon as the inhibit time is over."""
         spec, now_ns = self._spec, self._node.agenda.now_ns
         inhibit = 0
-        if spec is not None and spec.inhibit is not None:
+        if spec is not None and spec.inhibit and not self._node.faults.emcy_ignores_inhibit_time:
             inhibit = self._node.dictionary.number(spec.inhibit)
         if now_ns < self._free_ns and inhibit:
             if spec is not None and spec.inhibited == "delayed":
@@ -239,8 +237,3 @@ def _register_bit(code: int, known: Mapping[int, str]) -> int:
     if bit in known:
         return bit
     return _MANUFACTURER if _MANUFACTURER in known else _GENERIC
-
-
-def _check_zero(value: Value) -> None:
-    if value != 0:
-        raise SdoAbortError(AbortCode.INVALID_VALUE)

@@ -256,6 +256,41 @@ def describe_fault(name_or_path: str) -> str:
     Raises:
         SpecError: The file is missing or wrong.
     """
+    emcy_states: list[State] = Field(default=[], description="Sends EMCY in these NMT states too.")
+    emcy_short: bool = Field(default=False, description="An EMCY ends after the error register.")
+    emcy_code_plus_one: bool = False
+    emcy_wrong_register: bool = Field(
+        default=False, description="The error register in an EMCY is not 1001h."
+    )
+    emcy_without_manufacturer_code: bool = False
+    emcy_ignores_bit_31: bool = False
+    emcy_keeps_cob_id: bool = Field(
+        default=False, description="Goes on with the CAN-ID it had at the start."
+    )
+    emcy_ignores_inhibit_time: bool = False
+    emcy_first_error_only: bool = Field(
+        default=False, description="Tells the first error and the end of the last one."
+    )
+    error_register_stuck: bool = Field(default=False, description="Bit 0 of 1001h is always set.")
+    error_register_latched: bool = Field(
+        default=False, description="Bits of 1001h stay set when the error has gone."
+    )
+    error_register_without_bit_0: bool = False
+    error_state: State | None = Field(
+        default=None, description="NMT state that every error leads to."
+    )
+    history_stays_empty: bool = False
+    history_oldest_first: bool = False
+    history_depth: Annotated[int, Field(ge=1)] | None = None
+    history_never_clears: bool = Field(
+        default=False, description="Confirms 0 in 1003h:00, clears nothing."
+    )
+    history_takes_any: bool = Field(
+        default=False, description="Confirms any value for 1003h:00, clears by 0 alone."
+    )
+    history_unused_erased: bool = Field(
+        default=False, description="Unused places of the history read as FFFF FFFFh."
+    )
     return _read(read_yaml(find(FOLDER, name_or_path, OPTION))).what
 
 

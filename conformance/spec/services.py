@@ -40,6 +40,7 @@ Effective: TypeAlias = Literal[
 ]
 Word = Annotated[int, Field(ge=0, le=0xFFFF)]
 Bit = Annotated[int, Field(ge=0, le=7)]
+TiltAxis: TypeAlias = Literal["tilt-x", "tilt-y"]
 
 
 class StartBy(StrictModel):
@@ -112,7 +113,7 @@ class ErrorCause(StrictModel):
     ``bit``: of the manufacturer code.
     """
 
-    cause: Literal["tilt-x", "tilt-y"]
+    cause: TiltAxis
     code: Word
     bit: Bit | None = None
     limits: PerVariant[Annotated[list[Number], Field(min_length=2, max_length=2)]] | None = None
@@ -121,18 +122,26 @@ class ErrorCause(StrictModel):
 
 
 class OnError(StrictModel):
-    """The NMT state an error leads to: ``state``, or the one for the object's value, if any."""
+    """The NMT state an error leads to: ``state``, or the one for the object's value, if any.
+
+    ``mild``: causes that lead nowhere.
+    """
 
     state: State | None = None
     object: Index | None = None
     states: dict[int, State] = Field(default={})
     leaves: list[State] = Field(default=["operational"])
+    mild: list[TiltAxis] = Field(default=[])
     source: Source
 
 
 class EmcyProducer(Service):
     """EMCY producer: COB-ID object, error codes and the states in which it sends.
 
+    ``restricted``: what becomes of a CAN-ID that CiA 301 keeps for other services.
+    ``history_keeps``: whether 0000h enters the history too.
+    ``history_takes``: what may be written to its sub-index 0, where that is writable.
+    ``other_octets``: those of the manufacturer-specific field without a documented content.
     ``inhibit``: object of the inhibit time in multiples of 100 us.
     ``inhibited``: what happens to an EMCY within it.
     ``sends``: at each change of the errors, or at the first and after the last one.
@@ -141,14 +150,18 @@ class EmcyProducer(Service):
 
     object: Index
     change_while_valid: Literal["refused", "accepted"] = "refused"
+    restricted: Literal["refused", "accepted"] = "refused"
     error_register: Index | None = None
     history: Index | None = None
+    history_keeps: Literal["errors", "errors-and-resets"] = "errors"
+    history_takes: Literal["zero", "any"] = "zero"
     inhibit: Index | None = None
     inhibited: Literal["delayed", "lost"] = "delayed"
     states: list[State]
     codes: dict[Word, str]
     register_bits: dict[Bit, str]
     manufacturer_code: ManufacturerCode | None = None
+    other_octets: Literal["zero", "any"] = "zero"
     causes: list[ErrorCause] = Field(default=[])
     sends: Literal["each-change", "first-and-last"] = "each-change"
     cleared: Literal["sent", "silent"] = "sent"

@@ -21,9 +21,13 @@ Times = Callable[[SimulatorBus, float, str], list[int]]
 EFFECTS: dict[str, dict[str, str]] = read_yaml(Path(__file__).parent / "fault_effects.yaml").data
 OTHERS = {
     "dies-after-20-frames",
+    "emcy-second-error-untold",
+    "emcy-without-manufacturer-code",
     "garbage",
     "heartbeat-jitter-20-ms",
     "heartbeat-slow-10-percent",
+    "history-of-four",
+    "history-oldest-first",
     "silent",
     "tpdo-sync-off-by-one",
     "tpdo-timer-slow-10-percent",

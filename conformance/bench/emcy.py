@@ -1,0 +1,282 @@
+"""The node's emergency messages: provoked by tilting it beyond its limits and observed on the bus."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from conformance.bench.link import Stamped
+from conformance.bench.node import Node
+from conformance.bench.stimulus import Stimulus
+from conformance.errors import NodeTimeout, SetupRefused
+from conformance.spec.document import EmcyProducer
+from conformance.spec.fields import of_variant
+from conformance.spec.model import DeviceSpec, Entry
+from conformance.wire import emcy
+from conformance.wire.cob_id import is_restricted
+from conformance.wire.datatypes import DataType
+from conformance.wire.errors import WireError
+from conformance.wire.frame import Frame
+from conformance.wire.nmt import NmtCommand
+
+MARGIN_DEG = 1.0
+"""How far from a limit the node is tilted, more than bench and node are off."""
+
+BEFORE_S = 0.02
+"""How long frames sent before the node is tilted have to reach it."""
+
+WINDOW_S = 0.2
+"""How long an EMCY is waited for once the node has settled."""
+
+NOT_VALID = 1 << 31
+_EXTENDED = 1 << 29
+_CAN_ID = 0x7FF
+_TURN_DEG = 360.0
+
+
+@dataclass(frozen=True, slots=True)
+class Provocation:
+    """An error that tilting brings about.
+
+    Args:
+        axis: What is tilted.
+        code: The emergency error code it has.
+        bit: Its bit of the manufacturer's code, if any.
+        limit_deg: The greatest, or least, angle without it.
+        side: On which side of the limit it is.
+        source: Section of the manual.
+    """
+
+    axis: Literal["tilt-x", "tilt-y"]
+    code: int
+    bit: int | None
+    limit_deg: float
+    side: Literal["above", "below"]
+    source: str
+
+    @property
+    def beyond_deg(self) -> float:
+        """An angle that is the error for sure."""
+        return self.limit_deg + (MARGIN_DEG if self.side == "above" else -MARGIN_DEG)
+
+    @property
+    def within_deg(self) -> float:
+        """An angle near the limit that is no error for sure."""
+        return self.limit_deg - (MARGIN_DEG if self.side == "above" else -MARGIN_DEG)
+
+
+def provocations(spec: DeviceSpec, producer: EmcyProducer | None) -> list[Provocation]:
+    """Return the errors that tilting brings about, by what the manual says of a producer.
+
+    Those above a limit come first, one per cause, then those below.
+    """
+    found = []
+    for cause in producer.causes if producer is not None else ():
+        limits = of_variant(cause.limits, spec.variant)
+        if limits is None and cause.limits is None:
+            limits = _shown(spec, cause.cause)
+        if limits is not None:
+            given = (cause.cause, cause.code, cause.bit)
+            found += [
+                Provocation(*given, limits[1], "above", cause.source),
+                Provocation(*given, limits[0], "below", cause.source),
+            ]
+    return sorted(found, key=lambda error: error.side)
+
+
+def _shown(spec: DeviceSpec, axis: str) -> list[float] | None:
+    """Return the angles that the objects of an axis can show; None for a whole turn."""
+    shown = [
+        (low * scale, high * scale)
+        for entry in spec.entries.values()
+        if entry.follows == axis and entry.unit == "deg" and entry.ranges
+        for scale in (entry.scale or 1.0,)
+        for low, high in entry.ranges
+    ]
+    narrow = [(low, high) for low, high in shown if high - low < _TURN_DEG - 1]
+    return list(narrow[0]) if narrow else None
+
+
+class EmcyPort:
+    """EMCY producer of a node.
+
+    Args:
+        node: The node under test.
+        producer: The spec's EMCY service.
+        stimulus: What tilts the node.
+    """
+
+    def __init__(self, node: Node, producer: EmcyProducer | None, stimulus: Stimulus) -> None:
+        if producer is None:
+            raise SetupRefused("the manual documents no EMCY")
+        self._node = node
+        self.producer = producer
+        self._stimulus = stimulus
+        self._can_id = 0
+        self._was_empty = False
+        self._disturbed = False
+
+    @property
+    def can_id(self) -> int:
+        """The CAN-ID on which EMCY is observed."""
+        return self._can_id
+
+    def matches(self, frame: Frame) -> bool:
+        """Tell whether a frame is on the identifier of EMCY."""
+        return frame.can_id == self._can_id and not frame.remote and not frame.extended
+
+    # COB-ID
+
+    def watch(self) -> int:
+        """Observe the CAN-ID that the node's COB-ID object holds, and return the whole COB-ID.
+
+        Raises:
+            SetupRefused: It holds none that could be used.
+        """
+        word = self._node.number(self.producer.object)
+        if word & _EXTENDED or is_restricted(word & _CAN_ID):
+            raise SetupRefused(f"the COB-ID of EMCY is {word:08X}h, see OD-10")
+        self._can_id = word & _CAN_ID
+        return word
+
+    @property
+    def movable(self) -> bool:
+        """The manual lets the COB-ID be written."""
+        entry = self._node.spec.entry(self.producer.object)
+        return entry is not None and entry.writable
+
+    def disable(self) -> None:
+        """Set bit 31 of the COB-ID; for set-up."""
+        self._node.download(self.producer.object, 0, self.watch() | NOT_VALID)
+
+    def enable(self) -> None:
+        """Clear bit 31 of the COB-ID; for set-up."""
+        self._node.download(self.producer.object, 0, self.watch() & ~NOT_VALID)
+
+    def move(self, can_id: int) -> None:
+        """Give EMCY another CAN-ID by the procedure of CiA 301 v4.2.0, 7.5.2.17; for set-up."""
+        word = self.watch() & ~_CAN_ID | can_id
+        self.disable()
+        self._node.download(self.producer.object, 0, word | NOT_VALID)
+        self.enable()
+
+    def accepted(self, can_ids: range) -> list[int]:
+        """Return those of some CAN-IDs that the node takes for EMCY; it is left disabled."""
+        word = self.watch() & ~_CAN_ID
+        self.disable()
+        taken = []
+        for can_id in can_ids:
+            encoded = DataType.UNSIGNED32.encode(word & ~NOT_VALID | can_id)
+            if self._node.sdo.download(self.producer.object, 0, encoded).confirmed:
+                taken.append(can_id)
+                self._node.sdo.download(
+                    self.producer.object,
+                    0,
+                    DataType.UNSIGNED32.encode(word | NOT_VALID | can_id),
+                )
+        return taken
+
+    # Errors
+
+    def calm(self) -> None:
+        """Bring the node level, its EMCY valid, and let it have no error.
+
+        Raises:
+            SetupRefused: It still shows one.
+        """
+        self._was_empty = self.count() == 0
+        self._disturbed = True
+        if self.watch() & NOT_VALID:
+            self.enable()
+        self.relieve()
+        if register := self.register():
+            raise SetupRefused(f"the error register is {register:02X}h without an error to be seen")
+
+    def provoke(self, *errors: Provocation) -> list[Stamped]:
+        """Let exactly these errors be present, and return the EMCYs that come."""
+        return self.tilt({error.axis: error.beyond_deg for error in errors})
+
+    def tilt(self, angles: Mapping[str, float]) -> list[Stamped]:
+        """Tilt the node, level where no angle is given, and return the EMCYs that come."""
+        self._node.link.listen(BEFORE_S, self.matches)
+        mark = self._node.link.mark()
+        self._stimulus.tilt(angles.get("tilt-x", 0.0), angles.get("tilt-y", 0.0))
+        self._node.link.listen(WINDOW_S, self.matches)
+        return self._node.link.since(mark, self.matches)
+
+    def relieve(self) -> list[Stamped]:
+        """Bring the node level, and return the EMCYs that come."""
+        return self.provoke()
+
+    def listen(self, duration_s: float) -> list[Stamped]:
+        """Receive for a while and return the EMCYs."""
+        return self._node.link.listen(duration_s, self.matches)
+
+    def register(self) -> int:
+        """Return the error register; 0 where the manual has none."""
+        index = self.producer.error_register
+        return 0 if index is None else self._node.number(index)
+
+    def leave(self) -> None:
+        """Bring everything back; a history that was empty is emptied again."""
+        if not self._disturbed:
+            return
+        self._node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
+        self._stimulus.rest()
+        self._disturbed = False
+        history = self._place(0)
+        if self._was_empty and history is not None and history.writable:
+            try:
+                if self.count():
+                    self._node.sdo.download(history.index, 0, history.type.encode(0))
+            except (SetupRefused, NodeTimeout):
+                return
+
+    # History
+
+    def _place(self, sub: int) -> Entry | None:
+        index = self.producer.history
+        return None if index is None else self._node.spec.entry(index, sub)
+
+    def count(self) -> int:
+        """Return the number of errors in the history; 0 where the manual has none."""
+        index = self.producer.history
+        return 0 if index is None else self._node.number(index, 0)
+
+    def past(self, most: int) -> list[int]:
+        """Return the error codes in the history, from sub-index 1 on; for set-up."""
+        index = self.producer.history
+        if index is None:
+            return []
+        return [
+            self._node.number(index, sub) & 0xFFFF for sub in range(1, min(self.count(), most) + 1)
+        ]
+
+
+def decoded(seen: Stamped) -> emcy.Emergency:
+    """Return an EMCY's content; for set-up.
+
+    Raises:
+        SetupRefused: It has not the octets of one.
+    """
+    try:
+        return emcy.decode(seen.frame)
+    except WireError as error:
+        raise SetupRefused(f"{error}, see EMCY-04") from error
+
+
+def depths(spec: DeviceSpec, index: int) -> set[int]:
+    """Return how many errors the history may keep: its sub-indices under each reading."""
+    places = [entry for entry in spec.subs(index) if entry.sub]
+    counts = {sum(not entry.optional for entry in places)}
+    others = {(a.ambiguity, a.reading) for entry in places for a in entry.alternatives}
+    for reading in others:
+        optional = 0
+        for entry in places:
+            read = next(
+                (a.entry for a in entry.alternatives if (a.ambiguity, a.reading) == reading), entry
+            )
+            optional += read.optional
+        counts.add(len(places) - optional)
+    return counts

@@ -1,0 +1,185 @@
+"""EMCY by event: once for an error, at its end, with several errors (CiA 301 v4.2.0, 7.2.7.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from conformance.bench.emcy import EmcyPort, Provocation, decoded
+from conformance.bench.node import Node
+from conformance.checks.emcies import (
+    NO_ERROR,
+    both_sides,
+    came_about,
+    code_words,
+    errors,
+    judge,
+    pairs,
+    register_word,
+    told,
+    unlimited,
+    with_register,
+)
+from conformance.checks.steps import require_alive
+from conformance.requirements import CIA301, requirement
+from conformance.spec.document import EmcyProducer
+from conformance.spec.model import DeviceSpec
+from conformance.verdict import Verdict
+
+USAGE = f"{CIA301}, 7.2.7.1"
+REGISTER = f"{CIA301}, 7.5.2.2"
+STAYS_S = 1.0
+
+
+@requirement(
+    "EMCY-08",
+    level="shall",
+    cases=("error", errors),
+    source=USAGE,
+    effects=("reads", "writes"),
+    needs=("tilt",),
+)
+def test_error_is_told_once(
+    spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
+) -> None:
+    """An error is told by one EMCY, and by no other while it lasts."""
+    messages = told(spec, emcy, error, verdict)
+    if messages is None:
+        return
+
+    later = emcy.listen(STAYS_S)
+
+    verdict.equal("EMCYs when the error came", len(messages), 1)
+    verdict.equal("EMCYs while it lasted", len(later), 0)
+
+
+@requirement(
+    "EMCY-26",
+    level="manual",
+    cases=("error", both_sides),
+    source=USAGE,
+    effects=("reads", "writes"),
+    needs=("tilt",),
+)
+def test_angle_within_its_limits_is_no_error(
+    node: Node, spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
+) -> None:
+    """An angle near its limit, and within it, is no error."""
+    emcy.calm()
+
+    seen = emcy.tilt({error.axis: error.within_deg})
+
+    told_codes = [decoded(one).error_code for one in seen]
+    register = emcy.register()
+    if not (seen or register) or not unlimited(spec, error, verdict, code_words(told_codes)):
+        at = f"at {error.within_deg:g} deg"
+        verdict.equal(f"error codes {at}", told_codes, [], show=code_words)
+        verdict.equal(f"error register {at}", register, 0, show=register_word)
+    require_alive(node)
+
+
+@requirement(
+    "EMCY-09",
+    level="shall",
+    cases=("error", errors),
+    source=USAGE,
+    effects=("reads", "writes"),
+    needs=("tilt",),
+)
+def test_end_of_an_error_is_told(
+    node: Node, spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
+) -> None:
+    """The end of the last error is told by one EMCY with code 0000h and register 0."""
+    if told(spec, emcy, error, verdict) is None:
+        return
+
+    seen = [decoded(one) for one in emcy.relieve()]
+
+    judge(
+        spec,
+        verdict,
+        "codes when the error went",
+        tuple(message.error_code for message in seen),
+        lambda producer: {() if producer.cleared == "silent" else (NO_ERROR,)},
+        show=code_words,
+    )
+    registers = sorted({message.error_register for message in seen} - {0})
+    verdict.equal("error registers other than 0", registers, [])
+    require_alive(node)
+
+
+@requirement(
+    "EMCY-10",
+    level="shall",
+    cases=("error", with_register),
+    source=REGISTER,
+    effects=("reads", "writes"),
+    needs=("tilt",),
+)
+def test_register_returns_to_zero(
+    spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
+) -> None:
+    """The error register is 0 again when the error has gone."""
+    if told(spec, emcy, error, verdict) is None:
+        return
+    emcy.relieve()
+
+    register = emcy.register()
+
+    verdict.equal("error register", register, 0, show=register_word)
+
+
+@requirement(
+    "EMCY-11",
+    level="manual",
+    cases=("both", pairs),
+    source=USAGE,
+    effects=("reads", "writes"),
+    needs=("tilt",),
+)
+def test_two_errors_are_told_as_documented(
+    spec: DeviceSpec, emcy: EmcyPort, both: tuple[Provocation, Provocation], verdict: Verdict
+) -> None:
+    """A second error, the end of one and the end of both are told as documented."""
+    steps = ((both[0],), both, (both[1],), ())
+    emcy.calm()
+    seen = [emcy.provoke(*present) for present in steps[:1]]
+    if not came_about(spec, emcy, both[0], seen[0], verdict):
+        return
+
+    seen += [emcy.provoke(*present) for present in steps[1:]]
+
+    codes = tuple(tuple(decoded(one).error_code for one in step) for step in seen)
+    judge(
+        spec,
+        verdict,
+        "codes at each change",
+        codes,
+        lambda producer: {_told_at(producer, steps)},
+        show=lambda told_codes: "; ".join(map(code_words, told_codes)),
+    )
+    if emcy.producer.register_bits and seen[2]:
+        register = decoded(seen[2][-1]).error_register
+        verdict.holds(
+            "error register while the second error lasts",
+            expected="not 00h",
+            actual=register_word(register),
+            ok=register != 0,
+        )
+
+
+def _told_at(
+    producer: EmcyProducer, steps: Iterable[tuple[Provocation, ...]]
+) -> tuple[tuple[int, ...], ...]:
+    """Return the error codes at each step, by what the manual says of the producer."""
+    causes = {cause.cause: (cause.code, cause.bit) for cause in producer.causes}
+    before: set[tuple[int, int | None]] = set()
+    codes = []
+    for step in steps:
+        present = {causes[error.axis] for error in step}
+        new, gone = present - before, before - present
+        each = producer.sends == "each-change"
+        come = tuple(code for code, _ in new) if each or not before else ()
+        ended = gone and (each or not present) and producer.cleared == "sent"
+        codes.append((*come, *((NO_ERROR,) if ended else ())))
+        before = present
+    return tuple(codes)
