@@ -131,15 +131,19 @@ class Node:
         return transfer
 
     def save(self, indices: set[int]) -> None:
-        """Store the settings at some indices, where there is a command for it.
+        """Store the settings at some indices, where by any reading there is a command for it.
 
         Raises:
             SetupRefused: The node refuses.
         """
-        store = self.spec.services.store
-        if store is not None:
-            for sub in groups_of(store, indices):
-                self.download(store.object, sub, signature(store))
+        stores = [it.store for it, _ in self.spec.services_readings if it.store is not None]
+        words = {
+            (store.object, sub): signature(store)
+            for store in stores
+            for sub in groups_of(store, indices)
+        }
+        for (index, sub), word in words.items():
+            self.download(index, sub, word)
 
     def put_back(self, key: Key, data: bytes) -> None:
         """Write what a check is to leave behind; a step of its undoing.

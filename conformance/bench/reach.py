@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from conformance.bench.channel import SdoChannel
 from conformance.bench.link import Link
 from conformance.bench.node import Node
-from conformance.errors import NodeTimeout, SetupRefused
+from conformance.bench.rates import documented_rates
+from conformance.errors import BenchError, NodeTimeout, SetupRefused
 from conformance.spec.model import DeviceSpec, Key
 from conformance.wire import cob_id
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtCommand
+
+_ERROR_CONTROL = 0x700
+AT_ONCE_S = 0.05
+"""From the answer to a change that takes effect at once to the first look."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +79,14 @@ class Reach:
             node.reset()
             self._found = {key: node.upload(*key) for key in self._objects() if self._reads(key)}
 
-    def write(self, node: Node, keys: tuple[Key, ...], data: bytes) -> None:
-        """Write a node-ID or bit rate to objects; what cannot be written makes no verdict.
+    def write(self, node: Node, keys: Iterable[Key], data: bytes, *places: Place) -> None:
+        """Write a node-ID or bit rate to objects, for set-up.
+
+        Args:
+            node: The node under test.
+            keys: The objects: all that must agree.
+            data: The value.
+            places: Where the node may be at once, the likeliest first.
 
         Raises:
             SetupRefused: An object does not take it.
@@ -84,17 +95,25 @@ class Reach:
             transfer = node.write(*key, data)
             if transfer.refused:
                 raise SetupRefused(f"node {node.node_id} refused a new place: {transfer}")
+            if places:
+                self._link.listen(AT_ONCE_S, lambda _: False)
+                self.find(node, self.here, *places)
 
     def go(self, place: Place) -> None:
         """Speak with the node at a place from now on; the node is not touched.
 
         Raises:
-            BenchError: The adapter does not take the bit rate.
+            SetupRefused: The adapter does not take the bit rate; the bench stays where it is.
+            BenchError: It does not take the former one any more either.
         """
+        if place.bitrate != self.here.bitrate:
+            try:
+                self._link.use_bitrate(place.bitrate)
+            except BenchError as error:
+                self._link.use_bitrate(self.here.bitrate)
+                raise SetupRefused(str(error)) from error
         if place != self.home:
             self._visited[place] = None
-        if place.bitrate != self.here.bitrate:
-            self._link.use_bitrate(place.bitrate)
         self._channel.follow(place.node_id)
         self.here = place
 
@@ -168,9 +187,7 @@ class Reach:
     def _back(
         self, node: Node, places: tuple[Place, ...], write: Callable[[], None] | None
     ) -> None:
-        if self.find(node, *places) is None and (
-            self._link.rig is None or self.power_cycle(node, *places) is None
-        ):
+        if self.find(node, *places) is None and not self._search(node, places):
             raise NodeTimeout(f"the node answers neither as {' nor as '.join(map(str, places))}")
         self.reset(node, *dict.fromkeys((self.here, *places)))
         if self._is_home(node):
@@ -183,6 +200,20 @@ class Reach:
             self.power_cycle(node, self.home, *places)
         if not self._is_home(node):
             raise NodeTimeout(f"the node does not come back as {self.home}; it is {self.here}")
+
+    def _search(self, node: Node, places: tuple[Place, ...]) -> bool:
+        """Look for the node at any node-ID when it starts anew, where the bench can make it."""
+        if self._link.rig is None:
+            return False
+        visited = [place.bitrate for place in places]
+        for bitrate in dict.fromkeys((*visited, *documented_rates(self._spec))):
+            self.go(Place(self.home.node_id, bitrate))
+            mark = node.begin_power_cycle()
+            seen = self._link.wait(_is_boot_up, self._timeout_s, mark)
+            if seen is not None:
+                self.go(Place(seen.frame.can_id - _ERROR_CONTROL, bitrate))
+                return True
+        return False
 
     def _write_back(self, node: Node) -> None:
         """Write back what the objects held; after each the node may be home already."""
@@ -206,3 +237,8 @@ class Reach:
     def _reads(self, key: Key) -> bool:
         entry = self._spec.entry(*key)
         return entry is not None and entry.readable and entry.writable
+
+
+def _is_boot_up(frame: Frame) -> bool:
+    first = _ERROR_CONTROL
+    return first < frame.can_id <= first + 127 and frame.data == b"\0" and not frame.remote

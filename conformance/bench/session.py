@@ -13,6 +13,7 @@ from conformance.bench.channel import SdoChannel
 from conformance.bench.definition import BenchDefinition
 from conformance.bench.link import Link
 from conformance.bench.node import Node
+from conformance.bench.observations import Observations
 from conformance.bench.reach import Place, Reach
 from conformance.bench.trace import Trace
 from conformance.errors import BenchError, ConformanceError, SpecError
@@ -35,6 +36,7 @@ class Bench:
         self.link = link
         self.at_defaults = False
         self.non_volatile_writes = 0
+        self.observations = Observations(link)
         self.channel = SdoChannel(link, spec.node_id, definition.sdo_timeout_s)
         home = Place(spec.node_id, definition.bitrate or spec.bitrate)
         self.reach = Reach(link, self.channel, spec, home, definition.boot_up_timeout_s)

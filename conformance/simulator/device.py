@@ -112,6 +112,7 @@ class SimulatedDevice:
         self.powered = False
         self._pending_node_id = None
         self._halt()
+        self._forget()
 
     def step(self, now_ns: int, frames: Sequence[Frame] = ()) -> list[Frame]:
         """Let time pass up to ``now_ns`` and then take in frames.
@@ -191,6 +192,14 @@ class SimulatedDevice:
         self._outbox.clear()
         self._agenda.clear()
 
+    def _forget(self) -> None:
+        """Lose what only a defective device loses with its supply."""
+        if self.faults.store_lost_at_power_off:
+            self.memory.values.clear()
+            identity.remember_node_id(self.spec, self.memory, self.node_id)
+        if self.faults.restore_lost_at_power_off:
+            self.memory.defaults_once.clear()
+
     def _reset(self, command: NmtCommand) -> None:
         assert self._firmware is not None  # it asked for the reset
         partial_reset = (
@@ -213,15 +222,19 @@ class SimulatedDevice:
             power_on: The supply was switched on.
         """
         everything = scope is EVERYTHING
-        settled = identity.settle_pairs(self.spec, self.memory)
+        settled = identity.settle_pairs(
+            self.spec, self.memory, one_is_enough=self.faults.pair_needs_one
+        )
         kept = {key: value for key, value in kept.items() if key not in settled}
         node_id, bitrate = self.node_id, self.bitrate
         if power_on or identity.changes_at_reset(self.spec.services.node_id):
             node_id = identity.configured_node_id(self.spec, self.memory)
         if power_on or (everything and identity.changes_at_reset(self.spec.services.bitrate)):
             bitrate = identity.configured_bitrate(self.spec, self.memory)
-        self._use_spec(self._pending_node_id or node_id)
-        self.bitrate = bitrate
+        if self.faults.node_id_change != "never":
+            self._use_spec(self._pending_node_id or node_id)
+        if self.faults.bitrate_change != "never":
+            self.bitrate = bitrate
         delay_ns = BOOT_NS if everything else RESET_COMMUNICATION_NS
         delay_ns = round(delay_ns * self.faults.boot_time_factor)
         self._agenda.after(delay_ns, lambda: self._boot(scope, kept, power_on=power_on))
@@ -244,7 +257,8 @@ class SimulatedDevice:
         if node_id != self.spec.node_id:
             before = self.spec
             self.spec = self._file.resolve(before.variant, node_id, self._readings)
-            self.memory.values = identity.moved(self.memory.values, before, self.spec)
+            if not self.faults.own_cob_ids_stay:
+                self.memory.values = identity.moved(self.memory.values, before, self.spec)
 
     def _use_node_id(self, node_id: int) -> None:
         """Change the node-ID of the running node."""

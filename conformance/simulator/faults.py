@@ -25,6 +25,10 @@ Address: TypeAlias = Annotated[str, Field(pattern=r"^0x[0-9A-Fa-f]{4}(:\d{1,3})?
 Index: TypeAlias = Annotated[int, Field(ge=0, le=0xFFFF)]
 
 
+Moment: TypeAlias = Literal["documented", "never", "at-once", "without-store"]
+_MOMENT = "When a new value takes effect; without a store: at the next reset."
+
+
 class Faults(BaseModel):
     """How a simulated device deviates from its spec; without arguments it does not."""
 
@@ -152,6 +156,9 @@ class Faults(BaseModel):
     tpdo_maps_while_valid: bool = Field(
         default=False, description="Accepts a new mapping while the PDO is valid."
     )
+    tpdo_byte_order_ignored: bool = Field(
+        default=False, description="The setting of the byte order changes nothing."
+    )
     cob_id_accepts_restricted: bool = False
     cob_id_changes_while_valid: bool = False
 
@@ -163,6 +170,44 @@ class Faults(BaseModel):
         default=False, description="A reset leaves what was written and never stored."
     )
 
+    store_refused: bool = Field(default=False, description="Aborts 'save'.")
+    restore_refused: bool = Field(default=False, description="Aborts 'load'.")
+    stores_at_once: bool = Field(default=False, description="Keeps every download for good.")
+    store_lost_at_power_off: bool = Field(
+        default=False, description="What was stored lasts until the supply is switched off."
+    )
+    store_skips_defaults: bool = Field(
+        default=False, description="Storing a default leaves what was stored before."
+    )
+    restore_acts_at_once: bool = Field(
+        default=False, description="Restored defaults are in force without a restart."
+    )
+    restore_acts_on_all: bool = Field(
+        default=False, description="Every sub-index of restore restores everything."
+    )
+    restore_lost_at_power_off: bool = Field(
+        default=False, description="A restore is forgotten when the supply is switched off."
+    )
+
+    # node-ID and bit rate
+    node_id_change: Moment = Field(default="documented", description=_MOMENT)
+    bitrate_change: Moment = Field(default="documented", description=_MOMENT)
+    node_id_masked: bool = Field(
+        default=False, description="Takes the lowest 7 bits of any value for the node-ID."
+    )
+    bitrate_takes_any: bool = Field(
+        default=False, description="Takes a value beside the table for the table's first."
+    )
+    pair_needs_one: bool = Field(
+        default=False, description="A new value in one object of a pair is enough."
+    )
+    own_cob_ids_stay: bool = Field(
+        default=False, description="Stored COB-IDs of their own stay with a new node-ID."
+    )
+    boot_up_node_id: Annotated[int, Field(ge=1, le=127)] | None = Field(
+        default=None, description="The node-ID in every boot-up message."
+    )
+
     # measurement
     live_frozen: bool = Field(default=False, description="Measured values keep their first value.")
     live_swaps_axes: bool = Field(default=False, description="X shows Y, and Y shows X.")
@@ -171,12 +216,80 @@ class Faults(BaseModel):
         default=False, description="Confirms a zero command, zeroes nothing."
     )
 
+    zeroes_all_axes: bool = Field(
+        default=False, description="A zero command acts on every axis, whatever its bits."
+    )
+    live_factors: dict[Address, float] = Field(
+        default={}, description="Measured entries and what their value is multiplied with."
+    )
+    slope_ignores: list[
+        Literal[
+            "inversion",
+            "scaling",
+            "preset",
+            "preset-differential",
+            "differential-offset",
+            "resolution-change",
+        ]
+    ] = Field(default=[], description="What a slope confirms, but does not act on.")
+    resolution_reversed: bool = Field(
+        default=False, description="A finer resolution makes coarser steps, and the other way round."
+    )
+    twins_apart: bool = Field(
+        default=False, description="Objects documented to show one value keep one each."
+    )
+    preset_reads: int | None = Field(
+        default=None, description="What every preset returns after a download."
+    )
+    limit_conflict_clears: bool = Field(
+        default=False, description="A value that a new setting does not allow becomes 0."
+    )
+    status_bits_set: bool = Field(default=False, description="Every bit of a status byte is 1.")
+    reset_command_ignored: bool = Field(
+        default=False, description="Confirms the command to restart, goes on."
+    )
+
     # EMCY and LSS
     emcy_missing: bool = False
     emcy_repeats: bool = Field(default=False, description="Sends an EMCY twice per event.")
     emcy_at_boot: bool = Field(default=False, description="Sends an EMCY 0000h after boot-up.")
     emcy_never_clears: bool = Field(
         default=False, description="Sends nothing when the error has gone."
+    )
+    emcy_states: list[State] = Field(default=[], description="Sends EMCY in these NMT states too.")
+    emcy_short: bool = Field(default=False, description="An EMCY ends after the error register.")
+    emcy_code_plus_one: bool = False
+    emcy_wrong_register: bool = Field(
+        default=False, description="The error register in an EMCY is not 1001h."
+    )
+    emcy_without_manufacturer_code: bool = False
+    emcy_ignores_bit_31: bool = False
+    emcy_keeps_cob_id: bool = Field(
+        default=False, description="Goes on with the CAN-ID it had at the start."
+    )
+    emcy_ignores_inhibit_time: bool = False
+    emcy_first_error_only: bool = Field(
+        default=False, description="Tells the first error and the end of the last one."
+    )
+    error_register_stuck: bool = Field(default=False, description="Bit 0 of 1001h is always set.")
+    error_register_latched: bool = Field(
+        default=False, description="Bits of 1001h stay set when the error has gone."
+    )
+    error_register_without_bit_0: bool = False
+    error_state: State | None = Field(
+        default=None, description="NMT state that every error leads to."
+    )
+    history_stays_empty: bool = False
+    history_oldest_first: bool = False
+    history_depth: Annotated[int, Field(ge=1)] | None = None
+    history_never_clears: bool = Field(
+        default=False, description="Confirms 0 in 1003h:00, clears nothing."
+    )
+    history_takes_any: bool = Field(
+        default=False, description="Confirms any value for 1003h:00, clears by 0 alone."
+    )
+    history_unused_erased: bool = Field(
+        default=False, description="Unused places of the history read as FFFF FFFFh."
     )
     lss_silent: bool = False
     lss_wrong_identity: bool = Field(
@@ -256,41 +369,6 @@ def describe_fault(name_or_path: str) -> str:
     Raises:
         SpecError: The file is missing or wrong.
     """
-    emcy_states: list[State] = Field(default=[], description="Sends EMCY in these NMT states too.")
-    emcy_short: bool = Field(default=False, description="An EMCY ends after the error register.")
-    emcy_code_plus_one: bool = False
-    emcy_wrong_register: bool = Field(
-        default=False, description="The error register in an EMCY is not 1001h."
-    )
-    emcy_without_manufacturer_code: bool = False
-    emcy_ignores_bit_31: bool = False
-    emcy_keeps_cob_id: bool = Field(
-        default=False, description="Goes on with the CAN-ID it had at the start."
-    )
-    emcy_ignores_inhibit_time: bool = False
-    emcy_first_error_only: bool = Field(
-        default=False, description="Tells the first error and the end of the last one."
-    )
-    error_register_stuck: bool = Field(default=False, description="Bit 0 of 1001h is always set.")
-    error_register_latched: bool = Field(
-        default=False, description="Bits of 1001h stay set when the error has gone."
-    )
-    error_register_without_bit_0: bool = False
-    error_state: State | None = Field(
-        default=None, description="NMT state that every error leads to."
-    )
-    history_stays_empty: bool = False
-    history_oldest_first: bool = False
-    history_depth: Annotated[int, Field(ge=1)] | None = None
-    history_never_clears: bool = Field(
-        default=False, description="Confirms 0 in 1003h:00, clears nothing."
-    )
-    history_takes_any: bool = Field(
-        default=False, description="Confirms any value for 1003h:00, clears by 0 alone."
-    )
-    history_unused_erased: bool = Field(
-        default=False, description="Unused places of the history read as FFFF FFFFh."
-    )
     return _read(read_yaml(find(FOLDER, name_or_path, OPTION))).what
 
 

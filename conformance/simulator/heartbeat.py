@@ -46,7 +46,8 @@ class HeartbeatProducer:
     def boot(self) -> None:
         """Send the boot-up message, which counts as the first heartbeat."""
         if self._node.faults.boot_up != "missing":
-            frame = encode_heartbeat(Heartbeat(self._node.node_id, NmtState.BOOT_UP))
+            node_id = self._node.faults.boot_up_node_id or self._node.node_id
+            frame = encode_heartbeat(Heartbeat(node_id, NmtState.BOOT_UP))
             for _ in range(2 if self._node.faults.boot_up == "twice" else 1):
                 self._node.send(frame)
         self.resume()

@@ -65,7 +65,9 @@ def changes_at_reset(service: Changeable | None) -> bool:
     return service is None or not service.effective.endswith("power-cycle")
 
 
-def settle_pairs(spec: DeviceSpec, memory: NonVolatileMemory) -> set[Key]:
+def settle_pairs(
+    spec: DeviceSpec, memory: NonVolatileMemory, *, one_is_enough: bool = False
+) -> set[Key]:
     """Give both objects of a pair that disagree what they last agreed on, and return them."""
     settled: set[Key] = set()
     for rule in spec.behaviours.values():
@@ -76,7 +78,9 @@ def settle_pairs(spec: DeviceSpec, memory: NonVolatileMemory) -> set[Key]:
         if len(stored) == 1:
             memory.agreed[first] = memory.values.get(first)
         else:
-            memory.keep(dict.fromkeys(keys, memory.agreed.get(first)))
+            before = memory.agreed.get(first)
+            given = [it for key in keys if (it := memory.values.get(key)) != before]
+            memory.keep(dict.fromkeys(keys, given[0] if one_is_enough else before))
             settled.update(keys)
     return settled
 
@@ -137,16 +141,33 @@ def observe_identity(
     use_bitrate: Callable[[int], None],
 ) -> None:
     """Let downloads to the node-ID and bit rate objects take effect when the spec says."""
-    for service, use in (
-        (spec.services.node_id, use_node_id),
-        (spec.services.bitrate, use_bitrate),
+    _take_anything(node, spec)
+    for service, use, moment in (
+        (spec.services.node_id, use_node_id, node.faults.node_id_change),
+        (spec.services.bitrate, use_bitrate, node.faults.bitrate_change),
     ):
         for entry in holders(spec, service):
-            if service is None or service.effective.startswith("after-store"):
+            if service is None or moment == "never":
                 continue
-            at_once = service.effective == "at-once"
+            if service.effective.startswith("after-store") and moment == "documented":
+                continue
+            at_once = "at-once" in (moment, service.effective)
             act = _switch(node, entry, use) if at_once else _remember_at(memory, entry)
             node.dictionary.observers[entry.key].append(act)
+
+
+def _take_anything(node: Node, spec: DeviceSpec) -> None:
+    """Let values in that stand for nothing, where the device has that defect."""
+    dictionary = node.dictionary
+    if node.faults.node_id_masked:
+        for entry in holders(spec, spec.services.node_id):
+            dictionary.ranges[entry.key] = None
+            dictionary.adjusts[entry.key] = lambda value: int(value) & 0x7F
+    if node.faults.bitrate_takes_any:
+        known = rate_values(spec).values()
+        for entry in holders(spec, spec.services.bitrate):
+            dictionary.ranges[entry.key] = None
+            dictionary.adjusts[entry.key] = lambda value: value if value in known else min(known)
 
 
 def _remember_at(memory: NonVolatileMemory, entry: Entry) -> Callable[[Value], None]:

@@ -23,6 +23,7 @@ class ParameterStore:
     def __init__(self, node: Node, memory: NonVolatileMemory, services: Services) -> None:
         self._node = node
         self._memory = memory
+        self._services = services
         self._defaults_at_save: set[Key] = set()
         if services.store is not None:
             for sub in services.store.groups:
@@ -30,6 +31,8 @@ class ParameterStore:
         if services.restore is not None:
             for sub in services.restore.groups:
                 self._offer(services.restore, sub, self._restore)
+        if node.faults.stores_at_once and services.store is not None:
+            self._store_at_once(services.store)
 
     def _offer(self, service: Store, sub: int, act: Callable[[Store, int], None]) -> None:
         key = service.object, sub
@@ -38,7 +41,18 @@ class ParameterStore:
         self._node.dictionary.guards[key].append(partial(self._check_signature, service))
         self._node.dictionary.actions[key] = lambda _value: act(service, sub)
 
+    def _store_at_once(self, service: Store) -> None:
+        def keep(key: Key, value: Value) -> None:
+            self._memory.keep({key: value})
+
+        for key in {key for sub in service.groups for key in self._group(service, sub)}:
+            self._node.dictionary.observers[key].append(partial(keep, key))
+
     def _check_signature(self, service: Store, value: Value) -> None:
+        faults = self._node.faults
+        stores = service is self._services.store
+        if faults.store_refused if stores else faults.restore_refused:
+            raise SdoAbortError(AbortCode.DATA_NOT_STORED)
         expected = int.from_bytes(service.signature.encode("ascii"), "little")
         if value != expected and not self._node.faults.store_any_signature:
             raise SdoAbortError(AbortCode.DATA_NOT_STORED)
@@ -51,7 +65,8 @@ class ParameterStore:
         for key in self._group(service, sub):
             value = dictionary.value(key)
             is_default = value == dictionary.default(key) or key in self._defaults_at_save
-            kept[key] = None if is_default else value
+            if not (is_default and self._node.faults.store_skips_defaults):
+                kept[key] = None if is_default else value
             self._defaults_at_save.discard(key)
             dictionary.stored(key)
         self._settle(service, partial(self._memory.keep, kept))
@@ -59,17 +74,24 @@ class ParameterStore:
     def _restore(self, service: Store, sub: int) -> None:
         if self._node.faults.restore_forgets:
             return
-        keys = set(self._group(service, sub))
+        faults = self._node.faults
+        subs = service.groups if faults.restore_acts_on_all else (sub,)
+        keys = {key for each in subs for key in self._group(service, each)}
+        if faults.restore_acts_at_once:
+            self._set_defaults(keys)
         if service.effective == "after-store-and-reset":
             self._defaults_at_save |= keys
             return
         if service.effective == "at-once":
-            for key in keys:
-                self._node.dictionary.set(key, self._node.dictionary.default(key))
+            self._set_defaults(keys)
         if service.lasting:
             self._settle(service, partial(self._memory.keep, dict.fromkeys(keys)))
         elif service.effective == "after-reset":
             self._settle(service, partial(self._memory.defaults_once.update, keys))
+
+    def _set_defaults(self, keys: set[Key]) -> None:
+        for key in keys:
+            self._node.dictionary.set(key, self._node.dictionary.default(key))
 
     def _settle(self, service: Store, act: Callable[[], None]) -> None:
         """Write to the non-volatile memory, which a reset before the end of it undoes."""

@@ -83,6 +83,7 @@ class Entry:
         follows: What the value shows; for the simulated device.
         source: Section of the manual for the entry.
         sources: Section per attribute, where it differs.
+        of_node_id: The default holds the node-ID.
         alternatives: The entry under other readings of an ambiguity judged by either reading.
     """
 
@@ -114,6 +115,7 @@ class Entry:
     follows: Follows | None = None
     source: str = ""
     sources: Mapping[str, str] = field(default_factory=dict)
+    of_node_id: bool = False
     alternatives: tuple[Alternative, ...] = ()
 
     @property
@@ -186,6 +188,15 @@ class OtherServices:
 
 
 @dataclass(frozen=True, slots=True)
+class OtherBehaviours:
+    """The behaviours as another reading of an ambiguity judged by either reading has them."""
+
+    ambiguity: str
+    reading: int
+    behaviours: Mapping[str, Behaviour]
+
+
+@dataclass(frozen=True, slots=True)
 class DeviceSpec:
     """What a manual says about one variant of a device at one node-ID.
 
@@ -197,6 +208,7 @@ class DeviceSpec:
         entries: By index and sub-index, in ascending order.
         behaviours: The rules between objects that hold in this variant, by name.
         other_services: The services under other readings of open ambiguities.
+        other_behaviours: The behaviours that hold under other readings of open ambiguities.
         readings: Ambiguity id to the reading this spec was resolved with.
         sha256: Hash of the spec file.
     """
@@ -214,6 +226,7 @@ class DeviceSpec:
     sha256: str
     behaviours: Mapping[str, Behaviour] = field(default_factory=dict)
     other_services: tuple[OtherServices, ...] = ()
+    other_behaviours: tuple[OtherBehaviours, ...] = ()
 
     def entry(self, index: int, sub: int = 0) -> Entry | None:
         """Return an entry, or None when the manual has none there."""
@@ -244,6 +257,13 @@ class DeviceSpec:
     def services_readings(self) -> tuple[tuple[Services, OtherServices | None], ...]:
         """The services as judged, then as other readings have them."""
         return ((self.services, None), *((other.services, other) for other in self.other_services))
+
+    def behaviour_readings(
+        self, name: str
+    ) -> tuple[tuple[Behaviour | None, OtherBehaviours | None], ...]:
+        """A behaviour as judged, then as other readings have it; None where it does not hold."""
+        others = ((other.behaviours.get(name), other) for other in self.other_behaviours)
+        return ((self.behaviours.get(name), None), *others)
 
     def cite(self, section: str) -> str:
         """Return a citation: manual, revision and section."""

@@ -101,6 +101,7 @@ class EntryResolver:
             follows=of_variant(doc.follows, self.variant),
             source=doc.source or source,
             sources=dict(doc.sources),
+            of_node_id="NODEID" in str(self._of_variant(doc.default, "default")).upper(),
         )
 
     def _of_variant(self, value: T | dict[str, T] | None, attribute: str) -> T | None:

@@ -1,0 +1,155 @@
+"""A node-ID or bit rate tried as a whole: written, stored, restarted, and found after each step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from conformance.bench.node import Node
+from conformance.bench.reach import Place, Reach
+from conformance.errors import NodeTimeout, SetupRefused
+from conformance.spec.model import Key
+from conformance.wire.frame import Frame
+
+Step: TypeAlias = Literal["write", "store", "reset", "power cycle"]
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """What is tried.
+
+    Args:
+        keys: The objects written.
+        data: The value.
+        to: Where it leads.
+        steps: What is done, in order.
+        watched: Entries that are read before and after.
+    """
+
+    keys: tuple[Key, ...]
+    data: bytes
+    to: Place
+    steps: tuple[Step, ...]
+    watched: tuple[Key, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """What came of it.
+
+    Args:
+        home: Where the node was.
+        places: Where it was found after each step; None for nowhere.
+        before: What the watched entries held.
+        after: What they held at the end.
+        boot_ups: Identifiers of boot-up messages seen after the last step.
+    """
+
+    home: Place
+    places: tuple[Place | None, ...]
+    before: Mapping[Key, bytes]
+    after: Mapping[Key, bytes]
+    boot_ups: tuple[int, ...]
+
+
+def observe_move(reach: Reach, node: Node, move: Move) -> Moved:
+    """Do the steps one after the other; node and bench are home again afterwards.
+
+    Raises:
+        SetupRefused: The node takes the value not at all, or the place is another node's.
+    """
+    reach.begin(node)
+    try:
+        _require_free(reach, node, move.to)
+        before = {key: node.upload(*key) for key in move.watched}
+        places: list[Place | None] = []
+        mark = node.link.mark()
+        for step in move.steps:
+            mark = node.link.mark()
+            places.append(_do(reach, node, move, step))
+            if places[-1] is None:
+                break
+        boot_ups = tuple(f.frame.can_id for f in node.link.since(mark, _is_boot_up))
+        after = before if places[-1] is None else {key: node.upload(*key) for key in before}
+        return Moved(reach.home, tuple(places), before, after, boot_ups)
+    finally:
+        reach.bring_home(node)
+
+
+def _require_free(reach: Reach, node: Node, place: Place) -> None:
+    """Make sure that the adapter can go there and that no other node is there."""
+    if place == reach.home:
+        return
+    reach.go(place)
+    taken = place.bitrate == reach.home.bitrate and node.answers()
+    reach.go(reach.home)
+    if taken:
+        raise SetupRefused(f"there is another node already: {place}")
+
+
+def _do(reach: Reach, node: Node, move: Move, step: Step) -> Place | None:
+    places = (move.to, reach.home)
+    match step:
+        case "write":
+            reach.write(node, move.keys, move.data, *places)
+        case "store":
+            node.save({index for index, _ in move.keys})
+        case "reset":
+            return reach.reset(node, *places)
+        case "power cycle":
+            return reach.power_cycle(node, *places)
+    return reach.find(node, reach.here, *places)
+
+
+def observe_illegal(reach: Reach, node: Node, move: Move, values: Iterable[bytes]) -> list[bool]:
+    """Write values that lead nowhere, store and restart; tell after each whether the node is home.
+
+    Raises:
+        NodeTimeout: It is found nowhere any more.
+    """
+    reach.begin(node)
+    home: list[bool] = []
+    try:
+        for data in values:
+            for key in move.keys:
+                node.write(*key, data)
+            found = [_restarted(reach, node, move, step) for step in move.steps]
+            home.append(all(found))
+            if not home[-1]:
+                break
+    finally:
+        reach.bring_home(node)
+    return home
+
+
+def _restarted(reach: Reach, node: Node, move: Move, step: Step) -> bool:
+    if step == "store":
+        try:
+            node.save({index for index, _ in move.keys})
+        except (SetupRefused, NodeTimeout):
+            return reach.find(node, reach.home) is not None
+        return True
+    restart = reach.power_cycle if step == "power cycle" else reach.reset
+    return restart(node, reach.home) == reach.home
+
+
+def observe_aliases(
+    reach: Reach, node: Node, keys: Sequence[Key], data: bytes
+) -> dict[tuple[Key, Key], tuple[bytes, bytes]]:
+    """Write each of some objects and return what the others held before and after."""
+    reach.begin(node)
+    seen: dict[tuple[Key, Key], tuple[bytes, bytes]] = {}
+    try:
+        for key in keys:
+            before = {other: node.upload(*other) for other in keys if other != key}
+            reach.write(node, (key,), data)
+            seen |= {(key, it): (held, node.upload(*it)) for it, held in before.items()}
+            node.reset()
+    finally:
+        reach.bring_home(node)
+    return seen
+
+
+def _is_boot_up(frame: Frame) -> bool:
+    return 0x700 < frame.can_id <= 0x77F and frame.data == b"\0" and not frame.remote

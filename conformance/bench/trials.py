@@ -1,0 +1,178 @@
+"""Store and restore tried as a whole; every setting is observed at once, and put back afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from conformance.bench.keeping import signature
+from conformance.bench.node import Node
+from conformance.bench.sdo import Transfer
+from conformance.bench.second_values import second_values
+from conformance.bench.settings import Settings, Values
+from conformance.errors import SetupRefused
+from conformance.spec.document import Store
+from conformance.spec.model import Key
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """What became of settings over a restart.
+
+    Args:
+        found: What was stored before.
+        chosen: What they were given.
+        after: What they hold after the restart.
+    """
+
+    found: Mapping[Key, bytes]
+    chosen: Mapping[Key, bytes]
+    after: Mapping[Key, bytes]
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """What became of wrong signatures.
+
+    Args:
+        answers: By signature.
+        kept: What became of the settings over the reset after them.
+    """
+
+    answers: Mapping[bytes, Transfer]
+    kept: Kept
+
+
+@dataclass(frozen=True, slots=True)
+class Restored:
+    """What a restore did.
+
+    Args:
+        answer: To the signature.
+        chosen: What the settings held, and had stored, before it.
+        before: What they held between its confirmation and the restart.
+        after: After the restart.
+        saved: After a store between restore and restart, where the restart alone changed nothing.
+        lasting: After a store of what was restored and a power cycle.
+    """
+
+    answer: Transfer
+    chosen: Mapping[Key, bytes]
+    before: Mapping[Key, bytes]
+    after: Mapping[Key, bytes]
+    saved: Mapping[Key, bytes] | None = None
+    lasting: Mapping[Key, bytes] | None = None
+
+    @property
+    def final(self) -> Mapping[Key, bytes]:
+        """What the settings hold once all is done that a restore may take."""
+        return self.after if self.saved is None else self.saved
+
+
+@contextmanager
+def changed_settings(
+    node: Node, *, save: bool, default_will_do: bool = True
+) -> Iterator[tuple[Settings, Values]]:
+    """Give every setting a second value; afterwards the node has stored what it had before."""
+    settings = Settings(node)
+    try:
+        settings.begin()
+        settings.write(second_values(node.spec, settings.found, default_will_do=default_will_do))
+        chosen = settings.read()
+        if save:
+            settings.save()
+        yield settings, chosen
+    finally:
+        settings.put_back()
+
+
+def observe_kept(node: Node, *, save: bool, power: bool) -> Kept:
+    """Change the settings, store them or not, restart the node, and see what they hold."""
+    with changed_settings(node, save=save) as (settings, chosen):
+        _restart(node, power=power)
+        return Kept(settings.found, chosen, settings.read())
+
+
+def observe_wrong_signatures(node: Node, service: Store, sub: int, *, save: bool) -> Refused:
+    """Write wrong signatures with changed settings, reset the node, and see what they did."""
+    with changed_settings(node, save=save, default_will_do=not save) as (settings, chosen):
+        answers = {
+            wrong: node.write(service.object, sub, wrong) for wrong in wrong_signatures(service)
+        }
+        node.reset()
+        return Refused(answers, Kept(settings.found, chosen, settings.read()))
+
+
+def wrong_signatures(service: Store) -> tuple[bytes, ...]:
+    """Return signatures that must not be taken: in capitals, turned round, of the other service."""
+    right = service.signature.encode("ascii")
+    other = b"load" if right == b"save" else b"save"
+    return right.upper(), right[::-1], other, bytes(4), b"\xff" * 4
+
+
+def observe_restored(node: Node, service: Store, sub: int, *, power: bool) -> Restored:
+    """Restore a group with other settings stored, and see at which step they come back.
+
+    Args:
+        node: The node under test.
+        service: The restore service.
+        sub: The group.
+        power: The restart is a power cycle; what was restored is also stored and seen again.
+    """
+    word = signature(service).to_bytes(4, "little")
+    with changed_settings(node, save=True, default_will_do=False) as (settings, chosen):
+        answer = node.write(service.object, sub, word)
+        before = settings.read()
+        if not answer.confirmed:
+            return Restored(answer, chosen, before, before)
+        _restart(node, power=power)
+        after, saved, lasting = settings.read(), None, None
+        if after == chosen:
+            node.write(service.object, sub, word)
+            settings.save()
+            _restart(node, power=power)
+            saved = settings.read()
+        if power:
+            settings.save()
+            node.power_cycle()
+            lasting = settings.read()
+        return Restored(answer, chosen, before, after, saved, lasting)
+
+
+def observe_defaults(node: Node, service: Store, sub: int) -> dict[Key, Transfer]:
+    """Restore a group and see what every entry holds; what was stored before is put back."""
+    settings = Settings(node)
+    word = signature(service)
+    try:
+        settings.begin()
+        node.download(service.object, sub, word)
+        node.reset()
+        if settings.found and settings.read() == settings.found:
+            _save_between(node, settings, service, sub)
+        return {
+            entry.key: node.sdo.upload(*entry.key)
+            for entry in node.spec.entries.values()
+            if entry.readable and entry.kind == "config"
+        }
+    finally:
+        settings.put_back()
+
+
+def _save_between(node: Node, settings: Settings, service: Store, sub: int) -> None:
+    """Restore with a store before the reset, where a reading has it so."""
+    restores = [services.restore for services, _ in node.spec.services_readings]
+    if any(it is not None and it.effective != "after-reset" for it in restores):
+        try:
+            node.download(service.object, sub, signature(service))
+            settings.save()
+        except SetupRefused:
+            return
+        node.reset()
+
+
+def _restart(node: Node, *, power: bool) -> None:
+    if power:
+        node.power_cycle()
+    else:
+        node.reset()

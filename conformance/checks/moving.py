@@ -1,0 +1,361 @@
+"""Node-ID and bit rate as the checks see them: the values to try, and where each reading leads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal, TypeAlias
+
+from conformance.bench.keeping import covers
+from conformance.bench.moves import (
+    Move,
+    Moved,
+    Step,
+    observe_aliases,
+    observe_illegal,
+    observe_move,
+)
+from conformance.bench.node import Node
+from conformance.bench.rates import bits_per_second
+from conformance.bench.reach import Place
+from conformance.bench.session import Bench
+from conformance.effects import Effect
+from conformance.requirements import Case, Cases
+from conformance.spec.behaviours import Paired, SameValue
+from conformance.spec.document import Changeable, Services
+from conformance.spec.fields import key_of
+from conformance.spec.model import (
+    Alternative,
+    DeviceSpec,
+    Entry,
+    Key,
+    OtherBehaviours,
+    OtherServices,
+    address,
+    is_legal,
+)
+from conformance.verdict import Verdict
+
+Setting: TypeAlias = Literal["node_id", "bitrate"]
+
+_EFFECTS: dict[Setting, Effect] = {"node_id": "node-id", "bitrate": "bitrate"}
+_NODE_IDS = (*range(32, 127), *range(1, 32))
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A new node-ID or bit rate.
+
+    Args:
+        setting: Which of the two.
+        keys: The objects that hold it: aliases and partners included.
+        value: As the objects have it.
+        figure: The node-ID, or the bit rate in bit/s.
+    """
+
+    setting: Setting
+    keys: tuple[Key, ...]
+    value: int
+    figure: int
+
+    def place(self, home: Place) -> Place:
+        """Return where it leads."""
+        if self.setting == "node_id":
+            return Place(self.figure, home.bitrate)
+        return Place(home.node_id, self.figure)
+
+
+def effects(setting: Setting) -> tuple[Effect, ...]:
+    """Return what a check of node-ID or bit rate does to the node."""
+    return "reads", "writes", "resets", "non-volatile", _EFFECTS[setting]
+
+
+# Cases
+
+
+def node_ids(spec: DeviceSpec) -> Iterable[Case]:
+    """Return the node-ID object with a node-ID that every reading allows."""
+    for entry in _object(spec, "node_id"):
+        legal = [it for it in _NODE_IDS if _always_legal(entry, it) and it != spec.node_id]
+        if legal:
+            yield _case(spec, "node_id", entry, entry.address, legal[0], legal[0])
+
+
+def bit_rates(spec: DeviceSpec) -> Iterable[Case]:
+    """Return the bit rate object with each bit rate that every reading documents, but the present."""
+    for entry in _object(spec, "bitrate"):
+        for value in entry.values or {}:
+            figure = bits_per_second(entry, value)
+            documented = all(value in (reading.values or {}) for reading in entry.readings)
+            if documented and figure != spec.bitrate:
+                yield _case(spec, "bitrate", entry, f"{entry.address}/{figure}", value, figure)
+
+
+def one_bit_rate(spec: DeviceSpec) -> Iterable[Case]:
+    """Return the bit rate object with one other bit rate."""
+    for case in bit_rates(spec):
+        label, _, _ = case.label.partition("/")
+        yield Case(label, case.subject, case.section, case.effects)
+        return
+
+
+def halves(setting: Setting) -> Cases:
+    """Return cases for each object of a pair, to be written alone."""
+
+    def generate(spec: DeviceSpec) -> Iterable[Case]:
+        for case in (node_ids if setting == "node_id" else one_bit_rate)(spec):
+            for key in case.subject.keys:
+                if any(key in pair for pair in _groups(spec, Paired)):
+                    change = Change(setting, (key,), case.subject.value, case.subject.figure)
+                    yield Case(spec.entries[key].address, change, case.section, case.effects)
+
+    return generate
+
+
+def aliases(setting: Setting) -> Cases:
+    """Return cases for an object with aliases; the subject names the rule too."""
+
+    def generate(spec: DeviceSpec) -> Iterable[Case]:
+        for case in (node_ids if setting == "node_id" else one_bit_rate)(spec):
+            for name, rule in spec.behaviours.items():
+                keys = (
+                    tuple(key_of(it) for it in rule.objects) if isinstance(rule, SameValue) else ()
+                )
+                if case.subject.keys[0] in keys:
+                    change = Change(setting, keys, case.subject.value, case.subject.figure)
+                    yield Case(case.label, (name, change), rule.source, case.effects)
+
+    return generate
+
+
+def _object(spec: DeviceSpec, setting: Setting) -> Iterator[Entry]:
+    service: Changeable | None = getattr(spec.services, setting)
+    entry = None if service is None else spec.entry(service.object)
+    if entry is not None and all(reading.writable for reading in entry.readings):
+        yield entry
+
+
+def _case(
+    spec: DeviceSpec, setting: Setting, entry: Entry, label: str, value: int, figure: int
+) -> Case:
+    service: Changeable = getattr(spec.services, setting)
+    change = Change(setting, spec.companions(entry.key), value, figure)
+    power: tuple[Effect, ...] = ("power",) if by_power(spec, setting) else ()
+    return Case(label, change, service.source, power)
+
+
+def _groups(spec: DeviceSpec, kind: type[Paired]) -> list[list[Key]]:
+    rules = [rule for rule in spec.behaviours.values() if isinstance(rule, kind)]
+    return [[key_of(it) for it in rule.objects] for rule in rules]
+
+
+def _always_legal(entry: Entry, value: int) -> bool:
+    return all(is_legal(value, reading.legal) for reading in entry.readings)
+
+
+def useless(change: Change, spec: DeviceSpec) -> list[int]:
+    """Return values that stand for no node-ID, or for no bit rate of the manual's."""
+    entry = spec.entries[change.keys[0]]
+    if change.setting == "node_id":
+        tried = [0, 128, 255]
+    else:
+        tried = [max(entry.values or (0,)) + 1, entry.type.maximum]
+    return [value for value in tried if not is_legal(value, entry.legal)]
+
+
+# Where each reading leads
+
+
+def by_power(spec: DeviceSpec, setting: Setting) -> bool:
+    """Tell whether by some reading only a power cycle puts a new value in force."""
+    every: list[Changeable | None] = [getattr(it, setting) for it, _ in spec.services_readings]
+    return any(it is not None and it.effective.endswith("power-cycle") for it in every)
+
+
+def steps(spec: DeviceSpec, setting: Setting, *, save: bool) -> tuple[Step, ...]:
+    """Return what is done to put a new value in force, by whichever reading."""
+    saving: tuple[Step, ...] = ("store",) if save else ()
+    power: tuple[Step, ...] = ("power cycle",) if by_power(spec, setting) else ()
+    return "write", *saving, "reset", *power
+
+
+def allowed(
+    spec: DeviceSpec, change: Change, made: tuple[Step, ...], home: Place
+) -> dict[tuple[Place, ...], OtherServices | None]:
+    """Return where the node may be found after each step, and by which reading."""
+    found: dict[tuple[Place, ...], OtherServices | None] = {}
+    for services, other in spec.services_readings:
+        for places in _places(services, change, made, home):
+            found.setdefault(places, other)
+    return found
+
+
+def _places(
+    services: Services, change: Change, made: tuple[Step, ...], home: Place
+) -> Iterator[tuple[Place, ...]]:
+    service: Changeable | None = getattr(services, change.setting)
+    if service is None:
+        return
+    to = change.place(home)
+    if service.effective == "at-once":
+        yield (to,) * len(made)
+        if "store" not in made:  # whether it outlives a restart then is not said
+            yield to, *(home,) * (len(made) - 1)
+        return
+    store = services.store
+    kept = not service.effective.startswith("after-store") or (
+        "store" in made
+        and store is not None
+        and any(covers(store, sub, service.object) for sub in store.groups)
+    )
+    due: Callable[[Step], bool] = lambda step: (  # noqa: E731 - one line of a rule
+        step == "power cycle" or (step == "reset" and not service.effective.endswith("power-cycle"))
+    )
+    places, here = [], home
+    for step in made:
+        here = to if kept and due(step) else here
+        places.append(here)
+    yield tuple(places)
+
+
+# What follows the node-ID
+
+
+def followers(spec: DeviceSpec) -> Iterator[Entry]:
+    """Return the entries whose default holds the node-ID."""
+    for entry in spec.entries.values():
+        readings = entry.readings
+        if not entry.optional and all(it.readable and it.of_node_id for it in readings):
+            yield entry
+
+
+def own_values(spec: DeviceSpec) -> Iterator[Entry]:
+    """Return those of which the manual says what becomes of a stored value of their own."""
+    for entry in followers(spec):
+        told = any(reading.after_node_id_change != "kept" for reading in entry.readings)
+        if told and all(reading.persistent and reading.writable for reading in entry.readings):
+            yield entry
+
+
+def followed(entry: Entry, before: int, change: int) -> dict[int, Alternative | None]:
+    """Return what an entry may hold at a node-ID that is higher by ``change``, by which reading."""
+    if not change:
+        return {before: None}
+    found: dict[int, Alternative | None] = {}
+    for reading, other in ((entry, None), *((it.entry, it) for it in entry.alternatives)):
+        default = int(reading.default or 0)
+        if not reading.writable or reading.after_node_id_change == "default":
+            found.setdefault(default + change, other)
+        elif reading.after_node_id_change == "difference-kept":
+            found.setdefault(before + change, other)
+        else:
+            found.setdefault(before, other)
+            if before == default:  # one that was never written may follow
+                found.setdefault(default + change, other)
+    return found
+
+
+# Observations and judgements
+
+
+def moved(
+    bench: Bench,
+    node: Node,
+    verdict: Verdict,
+    change: Change,
+    *,
+    save: bool,
+) -> Moved:
+    """Return what came of a new node-ID or bit rate, tried once in a run."""
+    made = steps(node.spec, change.setting, save=save)
+    data = node.spec.entries[change.keys[0]].type.encode(change.value)
+    watched = tuple(entry.key for entry in followers(node.spec))
+    move = Move(change.keys, data, change.place(bench.reach.home), made, watched)
+    observe = partial(observe_move, bench.reach, node, move)
+    name = f"{change.setting} {change.figure}, saved {save}"
+    seen = bench.observations.once(name, Moved, observe)
+    verdict.shown_in(seen.first, seen.last)
+    return seen.outcome
+
+
+def judge_places(
+    verdict: Verdict,
+    what: str,
+    actual: tuple[Place | None, ...],
+    expected: Mapping[tuple[Place, ...], OtherServices | None],
+    count: slice,
+) -> None:
+    """Judge where the node was found after some of the steps, by any reading."""
+    wanted = list(dict.fromkeys(places[count] for places in expected))
+    verdict.holds(
+        what,
+        expected=" or ".join(_list(places) for places in wanted),
+        actual=_list(actual[count]),
+        ok=actual[count] in wanted,
+    )
+    other = next((it for places, it in expected.items() if places == actual), None)
+    if other is not None:
+        verdict.follows(other.ambiguity, other.reading)
+
+
+def judge_follower(verdict: Verdict, entry: Entry, outcome: Moved) -> None:
+    """Judge what an entry with the node-ID in it holds after the node-ID changed."""
+    here = outcome.places[-1] or outcome.home
+    before, after = (entry.type.decode(it[entry.key]) for it in (outcome.before, outcome.after))
+    expected = followed(entry, int(before), here.node_id - outcome.home.node_id)
+    verdict.one_of(
+        f"value of {entry.address} as {here}",
+        int(after),
+        list(expected),
+        show=lambda word: f"{word:08X}h",
+    )
+    other = expected.get(int(after))
+    if other is not None:
+        verdict.follows(other.ambiguity, other.reading)
+
+
+def judge_stays(
+    bench: Bench, node: Node, verdict: Verdict, change: Change, values: list[int]
+) -> None:
+    """Judge that values written to the objects, stored and followed by restarts change nothing."""
+    made = steps(node.spec, change.setting, save=True)[1:]
+    data = [node.spec.entries[change.keys[0]].type.encode(value) for value in values]
+    move = Move(change.keys, data[0], bench.reach.home, made)
+
+    stayed = observe_illegal(bench.reach, node, move, data)
+
+    for value, stays in zip(values, stayed, strict=False):
+        verdict.holds(
+            f"place after {value} was written",
+            expected=str(bench.reach.home),
+            actual=str(bench.reach.home) if stays else "another",
+            ok=stays,
+        )
+
+
+def judge_aliases(bench: Bench, node: Node, verdict: Verdict, name: str, change: Change) -> None:
+    """Judge that all objects show one value, or, where a reading has it so, each its own."""
+    spec = node.spec
+    data = spec.entries[change.keys[0]].type.encode(change.value)
+    seen = observe_aliases(bench.reach, node, change.keys, data)
+
+    permitted: dict[bool, OtherBehaviours | None] = {}
+    for rule, other in spec.behaviour_readings(name):
+        permitted.setdefault(rule is not None, other)
+    same = {
+        pair: int.from_bytes(after, "little") == change.value for pair, (_, after) in seen.items()
+    }
+    words = ", ".join(
+        f"{address(*other)} {'shows' if same[key, other] else 'does not show'} what is written to "
+        f"{address(*key)}"
+        for key, other in seen
+    )
+    ok = len(set(same.values())) == 1 and next(iter(same.values())) in permitted
+    verdict.holds("objects", expected="one value at all of them", actual=words, ok=ok)
+    if ok and (reading := permitted[next(iter(same.values()))]) is not None:
+        verdict.follows(reading.ambiguity, reading.reading)
+
+
+def _list(places: Iterable[Place | None]) -> str:
+    return ", then ".join("nowhere" if place is None else str(place) for place in places)

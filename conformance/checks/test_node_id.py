@@ -1,0 +1,170 @@
+"""Node-ID by object dictionary: when a new one takes effect, what it needs and what follows it.
+
+CiA 301 v4.2.0, 7.2.8.3.3 (boot-up), 7.3.3 (predefined connection set).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from conformance.bench.moves import Move, observe_move
+from conformance.bench.node import Node
+from conformance.bench.session import Bench
+from conformance.bench.settings import Settings
+from conformance.checks import moving
+from conformance.checks.moving import Change
+from conformance.errors import SetupRefused
+from conformance.requirements import CIA301, Case, requirement
+from conformance.spec.model import DeviceSpec, Entry
+from conformance.verdict import Verdict
+from conformance.wire import cob_id
+
+EFFECTS = moving.effects("node_id")
+OWN = 3
+"""How far a COB-ID of its own is from its default."""
+
+
+def _of_followers(spec: DeviceSpec) -> Iterable[Case]:
+    for case in moving.node_ids(spec):
+        for entry in moving.followers(spec):
+            yield Case(
+                entry.address, (entry, case.subject), entry.source_of("default"), case.effects
+            )
+
+
+def _of_own_values(spec: DeviceSpec) -> Iterable[Case]:
+    for case in moving.node_ids(spec):
+        for entry in moving.own_values(spec):
+            section = entry.source_of("after_node_id_change")
+            yield Case(entry.address, (entry, case.subject), section, case.effects)
+
+
+@requirement("NID-01", level="manual", cases=("change", moving.node_ids), effects=EFFECTS)
+def test_new_node_id_takes_effect(
+    bench: Bench, node: Node, change: Change, verdict: Verdict
+) -> None:
+    """A new node-ID is in force once all is done that the manual asks for."""
+    outcome = moving.moved(bench, node, verdict, change, save=True)
+
+    steps = moving.steps(node.spec, "node_id", save=True)
+    expected = moving.allowed(node.spec, change, steps, outcome.home)
+
+    what = f"place after {steps[-1]}"
+    moving.judge_places(verdict, what, outcome.places, expected, slice(-1, None))
+
+
+@requirement("NID-02", level="manual", cases=("change", moving.node_ids), effects=EFFECTS)
+def test_new_node_id_waits_for_its_moment(
+    bench: Bench, node: Node, change: Change, verdict: Verdict
+) -> None:
+    """A new node-ID is not in force before all is done that the manual asks for."""
+    outcome = moving.moved(bench, node, verdict, change, save=True)
+
+    steps = moving.steps(node.spec, "node_id", save=True)
+    expected = moving.allowed(node.spec, change, steps, outcome.home)
+
+    what = f"place after {', '.join(steps[:-1])}"
+    moving.judge_places(verdict, what, outcome.places, expected, slice(None, -1))
+
+
+@requirement("NID-03", level="manual", cases=("change", moving.node_ids), effects=EFFECTS)
+def test_node_id_not_stored_is_lost(
+    bench: Bench, node: Node, change: Change, verdict: Verdict
+) -> None:
+    """A new node-ID that was not stored takes effect only where the manual asks for no store."""
+    outcome = moving.moved(bench, node, verdict, change, save=False)
+
+    steps = moving.steps(node.spec, "node_id", save=False)
+    expected = moving.allowed(node.spec, change, steps, outcome.home)
+
+    what = f"place after {', '.join(steps)}"
+    moving.judge_places(verdict, what, outcome.places, expected, slice(None))
+
+
+@requirement("NID-04", level="manual", cases=("change", moving.halves("node_id")), effects=EFFECTS)
+def test_one_of_a_pair_changes_no_node_id(
+    bench: Bench, node: Node, change: Change, verdict: Verdict
+) -> None:
+    """A node-ID written to one object of a pair alone does not take effect."""
+    moving.judge_stays(bench, node, verdict, change, [change.value])
+
+
+@requirement("NID-05", level="manual", cases=("change", moving.node_ids), effects=EFFECTS)
+def test_no_node_id_outside_the_range(
+    bench: Bench, node: Node, change: Change, verdict: Verdict
+) -> None:
+    """A value outside the documented node-IDs leaves the node where it is."""
+    moving.judge_stays(bench, node, verdict, change, moving.useless(change, node.spec))
+
+
+@requirement("NID-06", level="manual", cases=("alias", moving.aliases("node_id")), effects=EFFECTS)
+def test_objects_show_the_same_node_id(
+    bench: Bench, node: Node, alias: tuple[str, Change], verdict: Verdict
+) -> None:
+    """A node-ID written to one of its objects is read from the others."""
+    name, change = alias
+
+    moving.judge_aliases(bench, node, verdict, name, change)
+
+
+@requirement("NID-07", level="manual", cases=("follower", _of_followers), effects=EFFECTS)
+def test_cob_id_follows_the_node_id(
+    bench: Bench, node: Node, follower: tuple[Entry, Change], verdict: Verdict
+) -> None:
+    """A COB-ID with the node-ID in its default has the default of the new node-ID."""
+    entry, change = follower
+
+    outcome = moving.moved(bench, node, verdict, change, save=True)
+
+    moving.judge_follower(verdict, entry, outcome)
+
+
+@requirement("NID-08", level="manual", cases=("follower", _of_own_values), effects=EFFECTS)
+def test_own_cob_id_follows_as_documented(
+    bench: Bench, node: Node, follower: tuple[Entry, Change], verdict: Verdict
+) -> None:
+    """A stored COB-ID of its own becomes what the manual says with a new node-ID."""
+    entry, change = follower
+    settings = Settings(node)
+    steps = moving.steps(node.spec, "node_id", save=True)
+    to = change.place(bench.reach.home)
+    value = node.spec.entries[change.keys[0]].type.encode(change.value)
+
+    try:
+        settings.begin()
+        own = node.number(*entry.key) + OWN
+        settings.write({entry.key: entry.type.encode(own)})
+        settings.save()
+        move = Move(change.keys, value, to, steps, (entry.key,))
+        outcome = observe_move(bench.reach, node, move)
+    finally:
+        settings.put_back()
+
+    if outcome.before[entry.key] != entry.type.encode(own):
+        raise SetupRefused(f"{entry.address} does not keep {own:08X}h, see STO-01")
+    moving.judge_follower(verdict, entry, outcome)
+
+
+@requirement(
+    "NID-09",
+    level="shall",
+    cases=("change", moving.node_ids),
+    source=f"{CIA301}, 7.2.8.3.3",
+    effects=EFFECTS,
+)
+def test_boot_up_has_the_new_node_id(
+    bench: Bench, node: Node, change: Change, verdict: Verdict
+) -> None:
+    """The boot-up message has the identifier of the node-ID at which the node answers."""
+    outcome = moving.moved(bench, node, verdict, change, save=True)
+
+    here = outcome.places[-1]
+
+    if here is None or not outcome.boot_ups:
+        raise SetupRefused("the node is not found, or sends no boot-up message, see NMT-03")
+    expected = (cob_id.heartbeat(here.node_id),)
+    verdict.equal("identifiers of boot-up messages", outcome.boot_ups, expected, show=_list)
+
+
+def _list(can_ids: tuple[int, ...]) -> str:
+    return ", ".join(f"{can_id:03X}h" for can_id in can_ids)

@@ -1,0 +1,184 @@
+"""Restore default parameters, 1011h (CiA 301 v4.2.0, 7.5.2.14)."""
+
+from __future__ import annotations
+
+from conformance.bench.node import Node
+from conformance.bench.session import Bench
+from conformance.checks import kept
+from conformance.checks.test_store import NOT_STORED
+from conformance.errors import SetupRefused
+from conformance.requirements import CIA301, requirement
+from conformance.spec.model import Entry
+from conformance.verdict import Verdict
+from conformance.wire.abort import describe
+
+RESTORE = f"{CIA301}, 7.5.2.14"
+BY_POWER = (*kept.RESTORES, "power")
+
+
+@requirement(
+    "RST-01", level="manual", cases=("entry", kept.restored_settings), effects=kept.RESTORES
+)
+def test_restored_setting_has_its_default(
+    bench: Bench, node: Node, entry: Entry, verdict: Verdict
+) -> None:
+    """A setting that was changed and stored holds its default after restore and reset."""
+    sub = kept.widest_restore(node.spec)
+    outcome = kept.restored(bench, node, verdict, sub, power=False)
+
+    kept.require_confirmed(outcome)
+
+    kept.judge_default(verdict, entry, outcome)
+
+
+@requirement("RST-02", level="manual", cases=("sub", kept.restore_groups), effects=kept.RESTORES)
+def test_group_is_restored(bench: Bench, node: Node, sub: int, verdict: Verdict) -> None:
+    """Each sub-index of restore brings back the defaults of its objects."""
+    outcome = kept.restored(bench, node, verdict, sub, power=False)
+
+    kept.require_confirmed(outcome)
+
+    kept.judge_defaults(verdict, "settings after the reset", node.spec, sub, outcome.final)
+
+
+@requirement("RST-03", level="manual", cases=("sub", kept.groups_with_rest), effects=kept.RESTORES)
+def test_other_groups_are_left_alone(bench: Bench, node: Node, sub: int, verdict: Verdict) -> None:
+    """A sub-index of restore leaves the objects alone that belong to others."""
+    outcome = kept.restored(bench, node, verdict, sub, power=False)
+
+    others = kept.beside(node.spec, sub)
+
+    kept.judge_unchanged(
+        verdict, "other settings after the reset", others, outcome.final, outcome.chosen
+    )
+
+
+@requirement("RST-04", level="manual", cases=("sub", kept.later_restores), effects=kept.RESTORES)
+def test_restore_waits_for_the_restart(
+    bench: Bench, node: Node, sub: int, verdict: Verdict
+) -> None:
+    """Restored values are not in force before the restart."""
+    outcome = kept.restored(bench, node, verdict, sub, power=False)
+
+    restored = kept.inside(node.spec, sub)
+
+    kept.judge_unchanged(
+        verdict, "settings before the reset", restored, outcome.before, outcome.chosen
+    )
+
+
+@requirement("RST-05", level="manual", cases=("sub", kept.restore_groups), effects=kept.RESTORES)
+def test_signature_is_confirmed(bench: Bench, node: Node, sub: int, verdict: Verdict) -> None:
+    """The documented signature is confirmed."""
+    outcome = kept.restored(bench, node, verdict, sub, power=False)
+
+    verdict.holds(
+        "answer to the signature",
+        expected="a confirmation",
+        actual=str(outcome.answer),
+        ok=outcome.answer.confirmed,
+    )
+
+
+@requirement(
+    "RST-06",
+    level="shall",
+    cases=("sub", kept.restore_groups),
+    source=RESTORE,
+    effects=kept.RESTORES,
+)
+def test_wrong_signature_is_refused(bench: Bench, node: Node, sub: int, verdict: Verdict) -> None:
+    """Any other signature than the documented one is refused."""
+    outcome = kept.wrong_signatures(bench, node, verdict, node.spec.services.restore, sub)
+
+    for wrong, answer in outcome.answers.items():
+        verdict.holds(
+            f"answer to {wrong!r}", expected="an abort", actual=str(answer), ok=answer.refused
+        )
+
+
+@requirement(
+    "RST-07",
+    level="shall",
+    cases=("sub", kept.restore_groups),
+    source=RESTORE,
+    effects=kept.RESTORES,
+)
+def test_wrong_signature_has_its_abort_code(
+    bench: Bench, node: Node, sub: int, verdict: Verdict
+) -> None:
+    """The abort of a wrong signature says that the data cannot be stored: 0800 002xh."""
+    outcome = kept.wrong_signatures(bench, node, verdict, node.spec.services.restore, sub)
+
+    codes = {wrong: answer.abort for wrong, answer in outcome.answers.items()}
+
+    if not any(codes.values()):
+        raise SetupRefused("no wrong signature is refused, see RST-06")
+    for wrong, code in codes.items():
+        if code is not None:
+            verdict.one_of(f"abort of {wrong!r}", code, NOT_STORED, show=describe)
+
+
+@requirement(
+    "RST-08",
+    level="shall",
+    cases=("sub", kept.restore_groups),
+    source=RESTORE,
+    effects=kept.RESTORES,
+)
+def test_wrong_signature_restores_nothing(
+    bench: Bench, node: Node, sub: int, verdict: Verdict
+) -> None:
+    """A wrong signature restores nothing."""
+    restore = node.spec.services.restore
+    outcome = kept.wrong_signatures(bench, node, verdict, restore, sub).kept
+
+    stored = [case.subject for case in kept.stored_settings(node.spec)]
+
+    kept.judge_unchanged(verdict, "settings after a reset", stored, outcome.after, outcome.chosen)
+
+
+@requirement(
+    "RST-09", level="shall", cases=("entry", kept.readable_signatures("restore")), source=RESTORE
+)
+def test_restore_tells_that_it_restores(node: Node, entry: Entry, verdict: Verdict) -> None:
+    """What restores defaults by a signature says so when it is read: bit 0 is set."""
+    value = node.number(*entry.key)
+
+    verdict.holds(
+        f"value of {entry.address}", expected="bit 0 set", actual=f"{value:08X}h", ok=value & 1 == 1
+    )
+
+
+@requirement(
+    "RST-10",
+    level="shall",
+    cases=("sub", kept.restore_groups),
+    source=RESTORE,
+    effects=BY_POWER,
+)
+def test_group_is_restored_by_a_power_cycle(
+    bench: Bench, node: Node, sub: int, verdict: Verdict
+) -> None:
+    """Restored defaults are in force once the supply was off, as after a reset."""
+    outcome = kept.restored(bench, node, verdict, sub, power=True)
+
+    kept.require_confirmed(outcome)
+
+    kept.judge_defaults(verdict, "settings after a power cycle", node.spec, sub, outcome.final)
+
+
+@requirement(
+    "RST-11", level="shall", cases=("sub", kept.restore_groups), source=RESTORE, effects=BY_POWER
+)
+def test_restored_defaults_that_are_stored_last(
+    bench: Bench, node: Node, sub: int, verdict: Verdict
+) -> None:
+    """Restored defaults that were stored hold after a further power cycle."""
+    outcome = kept.restored(bench, node, verdict, sub, power=True)
+
+    kept.require_confirmed(outcome)
+
+    kept.judge_defaults(
+        verdict, "settings after another power cycle", node.spec, sub, outcome.lasting or {}
+    )
