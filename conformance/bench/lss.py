@@ -107,6 +107,10 @@ class LssPort:
 
     # Set-up: what fails here makes the check inconclusive.
 
+    def begin(self) -> None:
+        """Reset the node before anything is stored: a store may keep every setting."""
+        self.reach.begin(self.node)
+
     def enter(self, state: StateName | None = None) -> None:
         """Enter an NMT state, by default one in which every reading has LSS, and LSS waiting."""
         self.enter_nmt(state)
@@ -232,6 +236,7 @@ class LssPort:
             self.enter()
             if self.configuring:
                 self.node.reset()
+        self.reach.bring_home(self.node)
 
     def _go_back(self) -> None:
         home = self.reach.home
@@ -244,7 +249,6 @@ class LssPort:
                 self.node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
         if self.reach.here != home and self._link.rig is not None:
             self.reach.power_cycle(self.node, home, *places)
-        self.reach.bring_home(self.node)
 
     def _configure_home(self) -> None:
         """Configure the places found, and keep them if others were kept."""

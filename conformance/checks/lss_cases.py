@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Literal, TypeAlias
 
 from conformance.bench.lss import LssAnswer, index_of
+from conformance.bench.reach import Place
 from conformance.requirements import Case, Cases
 from conformance.spec.document import Lss, Services
 from conformance.spec.model import DeviceSpec, Entry, OtherServices, is_legal
@@ -16,6 +17,7 @@ from conformance.wire import lss
 from conformance.wire.lss import LssCommand
 
 LssState: TypeAlias = Literal["waiting", "configuration"]
+Acts: TypeAlias = Literal["configured", "stored"]
 CIA305 = "CiA 305 v3.0"
 SILENT = "no answer"
 OUT_OF_RANGE = 1
@@ -77,6 +79,28 @@ def judge_support(
     )
     follow(verdict, spec, lambda it: (service in services_in(it.lss, state)) == answered)
     return answered
+
+
+def acts(spec: DeviceSpec) -> set[Acts]:
+    """Return whether node-ID and bit rate act once configured or once stored, under each reading."""
+    return {it.lss.acts for it, _ in spec.services_readings if it.lss is not None}
+
+
+def judge_acts(
+    verdict: Verdict,
+    spec: DeviceSpec,
+    acted: Acts,
+    places: dict[Acts, Place],
+    seen: Place | None,
+) -> None:
+    """Judge where a node is after a node-ID was configured and the communication reset."""
+    verdict.holds(
+        "place after the reset",
+        expected=" or ".join(str(places[it]) for it in sorted(acts(spec))),
+        actual=str(seen),
+        ok=seen is not None and acted in acts(spec),
+    )
+    follow(verdict, spec, lambda it: it.lss is not None and it.lss.acts == acted)
 
 
 def follow(

@@ -180,7 +180,7 @@ def _misplaced(spec: DeviceSpec) -> Iterable[Case]:
         state: LssState = "configuration" if selective else "waiting"
         other: LssState = "waiting" if selective else "configuration"
         stores = command is LssCommand.STORE_CONFIGURATION
-        effects: tuple[Effect, ...] = ("non-volatile",) if stores else ()
+        effects: tuple[Effect, ...] = ("resets", "non-volatile") if stores else ()
         for source in ever(spec, service, other):
             if True not in offers(spec, service, state):
                 yield Case(f"{state}/{command:02X}h", Misplaced(state, command), source, effects)
@@ -191,6 +191,7 @@ def test_service_of_the_other_state_is_ignored(
     lss: LssPort, misplaced: Misplaced, verdict: Verdict
 ) -> None:
     """A service that one LSS state has is not answered in the other."""
+    _prepare(lss, misplaced.command)
     lss.enter()
     if misplaced.state == "configuration":
         lss.configure()
@@ -202,6 +203,11 @@ def test_service_of_the_other_state_is_ignored(
         lss.configure()
     elif not lss.configuring:
         raise SetupRefused("the node went silent for good")
+
+
+def _prepare(lss: LssPort, command: LssCommand) -> None:
+    if command is LssCommand.STORE_CONFIGURATION:
+        lss.begin()
 
 
 def _harmless(lss: LssPort, command: LssCommand) -> list[wire.MasterMessage]:
@@ -262,13 +268,14 @@ def _zeros(spec: DeviceSpec) -> Iterable[Case]:
             service = _BY_COMMAND.get(command)
             if service is None or service in services_in(judged, "configuration"):
                 stores = command is LssCommand.STORE_CONFIGURATION
-                effects: tuple[Effect, ...] = ("non-volatile",) if stores else ()
+                effects: tuple[Effect, ...] = ("resets", "non-volatile") if stores else ()
                 yield Case(f"{command:02X}h", command, judged.source, effects)
 
 
 @requirement("LSS-12", level="manual", cases=("command", _zeros))
 def test_unused_octets_are_zero(lss: LssPort, command: LssCommand, verdict: Verdict) -> None:
     """An answer has eight octets, and those that carry nothing are 00h."""
+    _prepare(lss, command)
     lss.enter()
     selected = command is LssCommand.SWITCH_SELECTIVE_REPLY
     if not selected:

@@ -12,7 +12,6 @@ from conformance.checks.lss_cases import (
     bit_timings,
     ever,
     follow,
-    offers,
     once,
     other_bit_timing,
     services_in,
@@ -22,6 +21,7 @@ from conformance.checks.lss_cases import (
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, requirement
 from conformance.spec.model import DeviceSpec
+from conformance.spec.services import Services
 from conformance.verdict import Verdict
 
 BIT_TIMING = f"{CIA305}, 6.4"
@@ -91,19 +91,20 @@ def test_bit_rate_is_activated(lss: LssPort, spec: DeviceSpec, verdict: Verdict)
     seen = lss.locate(away, home)
 
     activated = seen == away
-    allowed = offers(spec, "activate-bit-timing", "configuration")
-    places = {True: str(away), False: str(home)}
+    places = {True: away, False: home}
+    allowed = {_activates(services) for services, _ in spec.services_readings}
     verdict.holds(
         "place after twice the switch delay",
-        expected=" or ".join(places[it] for it in sorted(allowed, reverse=True)),
+        expected=" or ".join(str(places[it]) for it in sorted(allowed, reverse=True)),
         actual=str(seen),
         ok=seen is not None and activated in allowed,
     )
-    follow(
-        verdict,
-        spec,
-        lambda it: ("activate-bit-timing" in services_in(it.lss, "configuration")) == activated,
-    )
+    follow(verdict, spec, lambda it: _activates(it) == activated)
+
+
+def _activates(services: Services) -> bool:
+    listed = "activate-bit-timing" in services_in(services.lss, "configuration")
+    return listed and services.lss is not None and services.lss.acts == "configured"
 
 
 def _configure_rate(lss: LssPort, spec: DeviceSpec) -> tuple[Place, Place]:
@@ -128,6 +129,7 @@ def _configure_rate(lss: LssPort, spec: DeviceSpec) -> tuple[Place, Place]:
 )
 def test_stored_bit_rate_is_kept(lss: LssPort, spec: DeviceSpec, verdict: Verdict) -> None:
     """A bit rate that was stored is the node's after the supply was switched off and on."""
+    lss.begin()
     home, away = _configure_rate(lss, spec)
     lss.prepared("the store", lss.store(), "LSS-18")
     lss.wait()

@@ -20,7 +20,11 @@ from conformance.wire.nmt import NmtCommand
 def _twins(spec: DeviceSpec) -> Iterable[Case]:
     needed = once("two-nodes", "switch-state-selective", state="waiting")(spec)
     serial = spec.entry(0x1018, 4)
-    if serial is not None and True in offers(spec, "configure-node-id", "configuration"):
+    configures = all(
+        True in offers(spec, service, "configuration")
+        for service in ("configure-node-id", "store-configuration")
+    )
+    if serial is not None and configures:
         yield from (Case(case.label, serial, case.section) for case in needed)
 
 
@@ -29,13 +33,14 @@ def _twins(spec: DeviceSpec) -> Iterable[Case]:
     level="manual",
     cases=("serial", _twins),
     source=f"{CIA305}, 6.3 and 6.4",
-    effects=("reads", "node-id", "resets", "other-nodes"),
+    effects=("reads", "node-id", "resets", "non-volatile", "other-nodes"),
     needs=("second-node",),
 )
 def test_two_nodes_with_one_node_id_are_told_apart(
     lss: LssPort, node: Node, stimulus: Stimulus, serial: Entry, verdict: Verdict
 ) -> None:
     """Of two nodes with one node-ID each is selected by its serial number, and given its own."""
+    lss.begin()
     own, twin = lss.address.serial, lss.address.serial ^ 1
     away = lss.free_node_id()
     mark = node.link.mark()
@@ -56,6 +61,7 @@ def test_two_nodes_with_one_node_id_are_told_apart(
         lss.enter()
         lss.configure(serial=twin)
         lss.prepared("a node-ID", lss.node_id(away), "LSS-13")
+        lss.prepared("the store", lss.store(), "LSS-18")
         lss.wait()
         mark = node.link.mark()
         node.nmt(NmtCommand.RESET_COMMUNICATION)

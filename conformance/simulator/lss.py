@@ -153,7 +153,8 @@ class LssSlave:
         known = 1 <= message.node_id <= 127
         if known:
             self._node_id = message.node_id
-            self._target.lss_node_id(message.node_id)
+            if self._service.acts == "configured":
+                self._target.lss_node_id(message.node_id)
             if self._faults.lss_stores_unasked:
                 self._target.lss_store(self._node_id, None)
         self._confirm(message.command, known=known)
@@ -173,7 +174,8 @@ class LssSlave:
 
     def _activate(self, message: lss.ActivateBitTiming) -> None:
         rate = self._bitrate
-        if rate is not None and not self._faults.lss_activates_nothing:
+        idle = self._faults.lss_activates_nothing or self._service.acts == "stored"
+        if rate is not None and not idle:
             delay_ns = message.switch_delay_ms * _MS
             self._node.agenda.after(delay_ns, lambda: self._target.lss_bitrate(rate))
 

@@ -241,6 +241,9 @@ class Lss(Service):
     unused: Literal["zero", "any"] = Field(
         default="any", description="What the manual says of octets that an answer does not need."
     )
+    acts: Literal["configured", "stored"] = Field(
+        default="configured", description="What acts at a reset or an activation."
+    )
     waiting: list[LssService]
     configuration: list[LssService]
     source: Source
