@@ -119,6 +119,13 @@ def zeroed(device: Wired) -> object:
     return [device.read(it) for it in (0x3210, 0x3220, 0x6110, 0x6120)]
 
 
+def lss_node_id(device: Wired) -> object:
+    device.run(0.01, "7E5#0401000000000000", "7E5#1105000000000000")
+    configured = device.run(0.3, "000#8232")
+    device.run(0.01, "7E5#0401000000000000", "7E5#1105000000000000", "7E5#1700000000000000")
+    return configured, device.run(0.3, f"000#82{device.device.node_id:02X}")
+
+
 CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "IMS-14": (restored_by_group_2, {1: ["705#00"], 2: ["732#00"]}),
     "IMS-15": (restored_by_group_1, {1: ["732#00"], 2: ["705#00"]}),
@@ -143,6 +150,7 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "IMS-131": (measuring_range, {1: (0, 0), 2: (1, 0)}),
     "IMS-135": (zeroed, {1: [-1050, 425, 0, 0], 2: [1050, -425, 0, 0]}),
     "IMS-138": (zeroed, {1: [-1050, 425, 0, 0], 2: [-1050, 425, 1050, -425]}),
+    "IMS-157": (lss_node_id, {1: (["705#00"], ["705#00"]), 2: (["732#00"], ["705#00"])}),
 }
 
 ALONG_WITH = {"IMS-131": {"IMS-119": 2}}
