@@ -154,8 +154,7 @@ class SimulatedDevice:
 
     def lss_node_id(self, node_id: int) -> None:
         """Use a node-ID from the next NMT reset on, until the supply is switched off."""
-        stored = identity.configured_node_id(self.spec, self.memory)
-        self._pending_node_id = None if node_id == stored else node_id
+        self._pending_node_id = node_id
         if self.faults.lss_node_id_at_once:
             self._agenda.after(identity.SWITCH_DELAY_NS, lambda: self._use_node_id(node_id))
 
@@ -168,8 +167,6 @@ class SimulatedDevice:
         """Keep what was configured in the non-volatile memory."""
         if node_id is not None:
             identity.remember_node_id(self.spec, self.memory, node_id)
-            if self._pending_node_id == node_id:
-                self._pending_node_id = None
         if bitrate is not None:
             identity.remember_bitrate(self.spec, self.memory, bitrate)
 
@@ -233,6 +230,8 @@ class SimulatedDevice:
             bitrate = identity.configured_bitrate(self.spec, self.memory)
         if self.faults.node_id_change != "never":
             self._use_spec(self._pending_node_id or node_id)
+        if self.node_id == identity.configured_node_id(self.spec, self.memory):
+            self._pending_node_id = None
         if self.faults.bitrate_change != "never":
             self.bitrate = bitrate
         delay_ns = BOOT_NS if everything else RESET_COMMUNICATION_NS
