@@ -61,6 +61,8 @@ def test_a_pair_may_read_the_old_value_until_both_agree(dst: Build) -> None:
     device = dst({"DST-94": 2})
     device.set(x20F0=6, x20F2=2)
     assert (device.read(0x20F0), device.read(0x20F2)) == (127, 3)
+    device.set(x20F1=7)
+    assert (device.read(0x20F0), device.read(0x20F1)) == (127, 127), "they disagree"
     device.set(x20F1=6, x20F3=2)
     assert [device.read(it) for it in (0x20F0, 0x20F1, 0x20F2, 0x20F3)] == [6, 6, 2, 2]
     assert device.reset() == ["706#00"]

@@ -69,7 +69,23 @@ def error_in_stopped(device: Wired) -> object:
 
 
 def cob_id_of_emcy(device: Wired) -> object:
-    return device.write(0x1014, 0x90), device.tilt(60.0)
+    answers = [device.write(0x1014, it) for it in (0x701, 0x90)]
+    return answers, device.tilt(60.0)
+
+
+def serious_errors(device: Wired) -> object:
+    device.set(x4000=2)
+    device.nmt(0x01)
+    device.tilt(60.0)
+    states = [device.state()]
+    device.fail(0x1000, 4)
+    return [*states, device.state()]
+
+
+def restored_setting_at_the_second_start(device: Wired) -> object:
+    restored_setting(device)
+    device.reset("power cycle")
+    return device.read(0x4000)
 
 
 def text(device: Wired) -> object:
@@ -167,6 +183,7 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
         heartbeat,
         {1: (REFUSED, 40, [40]), 2: ("ok", 20, [20]), 3: ("ok", 40, [40])},
     ),
+    "DST-26": (serious_errors, {1: ["stopped", "stopped"], 2: ["operational", "stopped"]}),
     "DST-27": (x_error, {1: [X], 2: ["0FF#0010000100000000"]}),
     "DST-28": (error_register, {1: ([X], 0), 2: (["0FF#0010010001000000"], 1)}),
     "DST-31": (two_errors, {1: [X, ON_TWO, X_AND_Y, GONE], 2: [X, GONE]}),
@@ -175,7 +192,7 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "DST-36": (stop, {1: (990, -990), 2: (1200, -1200)}),
     "DST-37": (half_a_turn, {1: [], 2: [X]}),
     "DST-40": (error_in_stopped, {1: [], 2: [X]}),
-    "DST-42": (cob_id_of_emcy, {1: (REFUSED, [X]), 2: ("ok", [f"090{X[3:]}"])}),
+    "DST-42": (cob_id_of_emcy, {1: ([REFUSED] * 2, [X]), 2: (["ok"] * 2, [f"090{X[3:]}"])}),
     "DST-44": (text, {1: "47 08 10 00 47 49 42 00", 2: "41 08 10 00 03 00 00 00"}),
     "DST-50": (short_event_time, {1: (REFUSED, [100]), 2: ("ok", [2])}),
     "DST-51": (no_event_time, {1: 0, 2: 1}),
@@ -193,6 +210,7 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "DST-117": (preset, {1: [20, -200, 20, -200], 2: [0, -220, 0, -220]}),
     "DST-122": (event_time, {1: [20], 2: [100]}),
     "DST-133": (inversion, {1: (-180, -180), 2: (-220, -220)}),
+    "DST-143": (restored_setting_at_the_second_start, {1: 1, 2: 2}),
 }
 
 VARIANTS = {"DST-37": "z-360"}

@@ -43,6 +43,30 @@ def load(device: Wired) -> object:
     return device.read(0x1017)
 
 
+def sync_and_lss(device: Wired) -> object:
+    device.set(x1800_2=1)
+    device.nmt(0x01)
+    frames = device.run(0.01, "080#")
+    device.nmt(0x02)
+    frames += device.run(0.01, CONFIGURE, "7E5#5E00000000000000")
+    return [frame[:4] for frame in frames]
+
+
+def second_start(device: Wired) -> object:
+    device.set(x1017=50)
+    device.save()
+    device.load()
+    seen = []
+    for _ in range(2):
+        device.reset()
+        seen.append(device.read(0x1017))
+    return seen
+
+
+def segmented(device: Wired) -> object:
+    return device.ask("21 17 10 00 02 00 00 00")
+
+
 def load_node_id(device: Wired) -> object:
     device.set(x3001=5)
     device.save_and_reset()
@@ -204,6 +228,7 @@ def inhibited(device: Wired) -> object:
 REFUSED = "abort 06090030h"
 CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "GIM-12": (second_tpdo, {1: [], 2: ["281#"]}),
+    "GIM-13": (sync_and_lss, {1: ["181#", "7E4#"], 2: []}),
     "GIM-14": (reset_communication, {1: 0, 2: 5}),
     "GIM-16": (automatic_start, {1: "pre-operational", 2: "operational"}),
     "GIM-17": (start_up_object, {1: "operational", 2: "pre-operational"}),
@@ -260,6 +285,8 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
             2: ["081#0010010000000000"],
         },
     ),
+    "GIM-136": (second_start, {1: [0, 0], 2: [0, 50]}),
+    "GIM-146": (segmented, {1: "80 17 10 00 00 00 01 06", 2: "60 17 10 00 00 00 00 00"}),
 }
 
 NOT_ON_THE_BUS = {

@@ -32,6 +32,33 @@ def restored_by_group_2(device: Wired) -> object:
     return device.reset()
 
 
+def frame_of_an_error(device: Wired) -> object:
+    return device.fail(0x3100)
+
+
+def history(device: Wired) -> object:
+    device.fail(0x3100)
+    device.recover(0x3100)
+    return device.read("0x1003:0"), int(str(device.read("0x1003:1"))) & 0xFFFF
+
+
+def lateral_axis(device: Wired) -> object:
+    return device.tilt(0.0, 95.0)
+
+
+def out_of_range(device: Wired) -> object:
+    return device.tilt(95.0)
+
+
+def clearing(device: Wired) -> object:
+    device.fail(0x3100)
+    return device.write("0x1003:0", 1), device.read("0x1003:0")
+
+
+def cob_id_of_emcy(device: Wired) -> object:
+    return [device.write(0x1014, it) for it in (0xB3, 0x701)]
+
+
 def saved_node_id(device: Wired) -> object:
     device.set(x2002=5)
     return device.save_and_reset()
@@ -133,8 +160,13 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "IMS-30": (other_types, {1: [REFUSED] * 3, 2: ["ok"] * 3}),
     "IMS-31": (inhibit_time, {1: 20, 2: 200}),
     "IMS-35": (while_valid, {1: (REFUSED, REFUSED), 2: ("ok", "ok")}),
+    "IMS-54": (frame_of_an_error, {1: ["0B2#0031810000000000"], 2: ["0B2#003181A5A5A5A5A5"]}),
+    "IMS-56": (history, {1: (1, 0x3100), 2: (2, 0)}),
+    "IMS-59": (lateral_axis, {1: [], 2: ["0B2#2050810000000000"]}),
     "IMS-62": (heartbeat, {1: (REFUSED, 0, []), 2: ("ok", 10, [10])}),
     "IMS-67": (search, {1: [], 2: ["7E4#4F00000000000000"]}),
+    "IMS-85": (clearing, {1: (REFUSED, 1), 2: ("ok", 1)}),
+    "IMS-87": (cob_id_of_emcy, {1: [REFUSED] * 2, 2: ["ok"] * 2}),
     "IMS-95": (saved_node_id, {1: ["705#00"], 2: ["732#00"]}),
     "IMS-98": (restore, {1: [100, 0, 100], 2: [100, 100, 100], 3: [0, 100, 100]}),
     "IMS-109": (
@@ -151,7 +183,10 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "IMS-135": (zeroed, {1: [-1050, 425, 0, 0], 2: [1050, -425, 0, 0]}),
     "IMS-138": (zeroed, {1: [-1050, 425, 0, 0], 2: [-1050, 425, 1050, -425]}),
     "IMS-157": (lss_node_id, {1: (["705#00"], ["705#00"]), 2: (["732#00"], ["705#00"])}),
+    "IMS-142": (out_of_range, {1: ["0B2#1050810000000000"], 2: []}),
 }
+
+VARIANTS = {"IMS-59": "one-axis"}
 
 ALONG_WITH = {"IMS-131": {"IMS-119": 2}}
 """Readings under which another one shows."""
@@ -164,7 +199,8 @@ NOT_ON_THE_BUS = {"IMS-57": "an error that is raised from outside brings its cod
 )
 def test_a_reading_shows_on_the_bus(ims: Build, ambiguity: str, reading: int) -> None:
     watch, seen = CASES[ambiguity]
-    device = ims({**ALONG_WITH.get(ambiguity, {}), ambiguity: reading})
+    readings = {**ALONG_WITH.get(ambiguity, {}), ambiguity: reading}
+    device = ims(readings, variant=VARIANTS.get(ambiguity, "two-axis"))
     assert watch(device) == seen[reading]
 
 
