@@ -9,7 +9,7 @@ from conformance.bench.node import Node
 from conformance.errors import SetupRefused
 from conformance.spec.document import HeartbeatProducer
 from conformance.wire.errors import WireError
-from conformance.wire.nmt import NmtState, decode_heartbeat
+from conformance.wire.nmt import NmtCommand, NmtState, decode_heartbeat
 
 TYPICAL_MS = 100
 NO_HEARTBEAT = "no heartbeat"
@@ -33,6 +33,11 @@ class HeartbeatPort:
     def typical_ms(self) -> int:
         """A period well inside the documented range."""
         return min(max(TYPICAL_MS, self.producer.min_ms), self.producer.max_ms)
+
+    def enter(self) -> None:
+        """Bring the node to a state in which the manual has it produce heartbeats."""
+        if "pre-operational" not in self.producer.states:
+            self._node.nmt(NmtCommand.START)
 
     def set(self, period_ms: int) -> None:
         """Write the producer heartbeat time; for set-up."""

@@ -14,7 +14,6 @@ from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtCommand
 from conformance.wire.pdo import MappingEntry
 
-ASYNCHRONOUS = 254
 _COB_ID, _TYPE, _INHIBIT, _EVENT_TIMER = 1, 2, 3, 5
 _NOT_VALID = 1 << 31
 _EXTENDED = 1 << 29
@@ -77,7 +76,7 @@ class TpdoPort:
     def configure(
         self, transmission_type: int, *, event_ms: int = 0, mapped: Sequence[Entry] = ()
     ) -> None:
-        """Set the TPDO up and enable it; one that the manual keeps enabled stays so.
+        """Set the TPDO up and enable it; what the manual does not let be written stays as it is.
 
         Args:
             transmission_type: 0..255.
@@ -85,10 +84,11 @@ class TpdoPort:
             mapped: Objects to map; the mapping stays as it is when empty.
         """
         self.disable()
-        self._node.download(self._communication, _TYPE, transmission_type)
+        if self._writable(self._communication, _TYPE):
+            self._node.download(self._communication, _TYPE, transmission_type)
         if self._writable(self._communication, _INHIBIT):
             self._node.download(self._communication, _INHIBIT, 0)
-        if event_ms or self._takes_zero:
+        if self._writable(self._communication, _EVENT_TIMER) and (event_ms or self._takes_zero):
             self._node.download(self._communication, _EVENT_TIMER, event_ms)
         if mapped:
             self._map(mapped)
@@ -112,8 +112,9 @@ class TpdoPort:
 
     @property
     def event_ms(self) -> int:
-        """What the event timer holds."""
-        return self._node.number(self._communication, _EVENT_TIMER)
+        """What the event timer holds; 0 where there is none."""
+        entry = self._node.spec.entry(self._communication, _EVENT_TIMER)
+        return 0 if entry is None else self._node.number(*entry.key)
 
     def fixed_mapping(self) -> Alternative | None:
         """Return the reading by which the mapping is fixed, if there is one and the node follows it."""

@@ -11,6 +11,7 @@ from conformance.spec.document import Changeable, Services
 from conformance.spec.model import DeviceSpec, Entry, Range, is_legal
 from conformance.wire.abort import AbortCode
 
+STATES = {"pre-operational", "operational", "stopped"}
 _MOVING: dict[str, Effect] = {"node_id": "node-id", "bitrate": "bitrate"}
 
 
@@ -28,6 +29,16 @@ def entries(
                 yield Case(entry.address, entry, entry.source_of(attribute), reach(entry, spec))
 
     return "entry", generate
+
+
+def with_heartbeat(cases: Cases) -> Cases:
+    """Return cases of a rule on the NMT state: none without a heartbeat in each, by which it is seen."""
+
+    def generate(spec: DeviceSpec) -> Iterable[Case]:
+        producer = spec.services.heartbeat_producer
+        return cases(spec) if producer is not None and set(producer.states) >= STATES else ()
+
+    return generate
 
 
 def reach(entry: Entry, spec: DeviceSpec) -> tuple[Effect, ...]:

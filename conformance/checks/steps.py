@@ -103,6 +103,13 @@ def each_limit(node: Node, entry: Entry) -> Iterator[tuple[str, Limits]]:
         yield when, limit
 
 
+def agree(node: Node, entry: Entry, value: int) -> None:
+    """Give the other entry of a pair the same value, so that the setting of both changes."""
+    partner = node.spec.partner(entry.key)
+    if partner is not None:
+        node.download(*partner, value)
+
+
 def tpdo_service(node: Node) -> Tpdo:
     """Return the spec's TPDO service."""
     tpdo = node.spec.services.tpdo

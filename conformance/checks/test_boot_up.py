@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of
 from conformance.bench.node import Node
+from conformance.checks.cases import with_heartbeat
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.document import Services
@@ -72,7 +73,11 @@ def test_one_boot_up_message_per_start(node: Node, way: Start, verdict: Verdict)
 
 
 @requirement(
-    "BOOT-02", level="shall", cases=("way", _starts), source=f"{CIA301}, 7.3.2.2", effects=()
+    "BOOT-02",
+    level="shall",
+    cases=("way", with_heartbeat(_starts)),
+    source=f"{CIA301}, 7.3.2.2",
+    effects=(),
 )
 def test_state_after_start(
     node: Node, heartbeat: HeartbeatPort, way: Start, spec: DeviceSpec, verdict: Verdict

@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import ceil
 
-from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of, state_of
+from conformance.bench.heartbeat import (
+    NO_HEARTBEAT,
+    TYPICAL_MS,
+    HeartbeatPort,
+    name_of,
+    state_of,
+)
 from conformance.bench.node import Node
 from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
 from conformance.checks.steps import ENTER, require_alive, state_word
@@ -16,6 +23,12 @@ from conformance.wire.nmt import NmtState
 
 PRODUCER = f"{CIA301}, 7.2.8.3.2.2"
 BEATS = 20
+FRAME_BITS = 65
+"""A heartbeat, bit stuffing included."""
+FRAMES_FREE = 4
+"""A period of fewer frames than these says more about the bus than about the node."""
+MOST_TRIED = 25
+"""Below a greater minimum than this not every time is tried."""
 
 
 def _object(spec: DeviceSpec) -> Iterable[Case]:
@@ -27,7 +40,11 @@ def _object(spec: DeviceSpec) -> Iterable[Case]:
 def _periods(spec: DeviceSpec) -> Iterable[Case]:
     producer = spec.services.heartbeat_producer
     if producer is not None:
-        for period_ms in sorted({producer.min_ms, max(100, producer.min_ms)}):
+        carried_ms = ceil(FRAMES_FREE * FRAME_BITS * 1000 / spec.bitrate)
+        wanted_ms = (carried_ms, TYPICAL_MS)
+        for period_ms in sorted(
+            {min(max(ms, producer.min_ms), producer.max_ms) for ms in wanted_ms}
+        ):
             yield Case(f"{address(producer.object)}/{period_ms}ms", period_ms, producer.source)
 
 
@@ -42,6 +59,7 @@ def test_heartbeat_keeps_its_period(
     heartbeat: HeartbeatPort, period_ms: int, verdict: Verdict
 ) -> None:
     """The node produces heartbeats at the period written, within the suite's own tolerance."""
+    heartbeat.enter()
     heartbeat.set(period_ms)
 
     gaps_ms = heartbeat.gaps_ms(BEATS, period_ms)
@@ -65,6 +83,7 @@ def test_heartbeat_starts_at_once(
 ) -> None:
     """The first heartbeat comes within one period after the time was written."""
     period_ms = heartbeat.typical_ms
+    heartbeat.enter()
     heartbeat.set(heartbeat.producer.off)
     written = node.link.mark()
     heartbeat.set(period_ms)
@@ -96,6 +115,7 @@ def test_heartbeat_is_switched_off(
 ) -> None:
     """With the documented off value no heartbeat comes once the running period is over."""
     period_ms = heartbeat.typical_ms
+    heartbeat.enter()
     heartbeat.set(period_ms)
     if len(heartbeat.collect(2, 4 * period_ms / 1000)) < 2:
         raise SetupRefused("there is no heartbeat to be switched off, see HB-01")
@@ -111,7 +131,8 @@ def test_heartbeat_is_switched_off(
 def _below(spec: DeviceSpec) -> Iterable[Case]:
     producer = spec.services.heartbeat_producer
     if producer is not None:
-        for period_ms in range(1, producer.min_ms):
+        least = producer.min_ms
+        for period_ms in sorted({*range(1, min(least, MOST_TRIED)), least // 2, least - 1} - {0}):
             if period_ms != producer.off:
                 yield Case(f"{address(producer.object)}/{period_ms}ms", period_ms, producer.source)
 
@@ -123,6 +144,7 @@ def test_heartbeat_is_never_faster_than_documented(
     """A time below the documented minimum is refused, or no heartbeat comes faster than that."""
     producer = heartbeat.producer
     size = node.spec.entries[producer.object, 0].type
+    heartbeat.enter()
     heartbeat.set(producer.off)
 
     transfer = node.try_download(producer.object, 0, size.encode(period_ms))

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of
 from conformance.bench.node import Node
 from conformance.checks import cases
+from conformance.checks.cases import with_heartbeat
 from conformance.checks.steps import ENTER, own_value, state_word
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
@@ -44,7 +45,9 @@ def _transitions(spec: DeviceSpec) -> Iterable[Case]:
                     )
 
 
-@requirement("NMT-01", level="shall", cases=("transition", _transitions), source=STATES)
+@requirement(
+    "NMT-01", level="shall", cases=("transition", with_heartbeat(_transitions)), source=STATES
+)
 def test_command_changes_the_state(
     node: Node, heartbeat: HeartbeatPort, transition: Transition, verdict: Verdict
 ) -> None:
@@ -93,7 +96,7 @@ def _other_nodes(spec: DeviceSpec) -> Iterable[Case]:
 @requirement(
     "NMT-03",
     level="shall",
-    cases=("foreign", _other_nodes),
+    cases=("foreign", with_heartbeat(_other_nodes)),
     source=NMT,
     effects=("reads", "other-nodes"),
 )
@@ -116,7 +119,7 @@ def _malformed(spec: DeviceSpec) -> Iterable[Case]:
         yield Case(label, Frame(cob_id.NMT, data), spec.services.nmt.source)
 
 
-@requirement("NMT-04", level="should", cases=("malformed", _malformed), source=NMT)
+@requirement("NMT-04", level="should", cases=("malformed", with_heartbeat(_malformed)), source=NMT)
 def test_command_of_wrong_length_is_ignored(
     node: Node, heartbeat: HeartbeatPort, malformed: Frame, verdict: Verdict
 ) -> None:
@@ -133,7 +136,7 @@ def _unknown(spec: DeviceSpec) -> Iterable[Case]:
         )
 
 
-@requirement("NMT-05", level="shall", cases=("unknown", _unknown), source=NMT)
+@requirement("NMT-05", level="shall", cases=("unknown", with_heartbeat(_unknown)), source=NMT)
 def test_unknown_command_is_ignored(
     node: Node, heartbeat: HeartbeatPort, unknown: Frame, verdict: Verdict
 ) -> None:
@@ -182,6 +185,7 @@ def _changeable(entry: Entry, spec: DeviceSpec, area: range) -> bool:
         and entry.kind == "config"
         and entry.limits_by is None
         and cases.same_type(entry)
+        and spec.partner(entry.key) is None
         and not cases.reach(entry, spec)
         and not cases.is_pdo_object(entry, spec)
         and len(cases.legal_values(cases.limits(entry)[0])) > 1

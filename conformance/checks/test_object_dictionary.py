@@ -16,10 +16,12 @@ from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, Entry, Key, address
 from conformance.verdict import Verdict
 from conformance.wire.abort import AbortCode, describe
+from conformance.wire.datatypes import DataType
 from conformance.wire.errors import WireError
 from conformance.wire.nmt import NmtCommand
 
 ABORT_CODES = f"{CIA301}, 7.2.4.3.17"
+MOST_SHOWN = 64
 MISSING = (AbortCode.OBJECT_DOES_NOT_EXIST, AbortCode.SUB_INDEX_DOES_NOT_EXIST)
 
 
@@ -61,7 +63,7 @@ def test_upload_has_the_length_of_the_type(node: Node, entry: Entry, verdict: Ve
     verdict.holds(
         f"length of {entry.address}",
         expected=" or ".join(dict.fromkeys(_lengths(reading) for reading in entry.readings)),
-        actual=f"{_octets(len(data))} ({data.hex(' ').upper()})",
+        actual=f"{_octets(len(data))} ({_shown(data)})",
         ok=any(_has_length(reading, data) for reading in entry.readings),
     )
 
@@ -70,19 +72,30 @@ def _octets(count: int) -> str:
     return "1 octet" if count == 1 else f"{count} octets"
 
 
+def _shown(data: bytes) -> str:
+    rest = " …" if len(data) > MOST_SHOWN else ""
+    return data[:MOST_SHOWN].hex(" ").upper() + rest
+
+
 def _lengths(entry: Entry) -> str:
     if entry.type.size is not None:
         return f"{_octets(entry.type.size)} ({entry.type.name})"
-    low, high = entry.octets or (1, 255)
-    return (
-        f"{low} to {high} octets of {entry.type.name}" if low != high else f"{_octets(low)} of text"
-    )
+    if entry.octets is None:
+        return f"{_octets(_least(entry))} or more of {entry.type.name}"
+    low, high = entry.octets
+    length = f"{low} to {high} octets" if low != high else _octets(low)
+    return f"{length} of {entry.type.name}"
+
+
+def _least(entry: Entry) -> int:
+    """A text of undocumented length is not empty; a DOMAIN may hold nothing."""
+    return 0 if entry.type is DataType.DOMAIN else 1
 
 
 def _has_length(entry: Entry, data: bytes) -> bool:
     if entry.type.size is not None:
         return len(data) == entry.type.size
-    low, high = entry.octets or (1, 255)
+    low, high = entry.octets or (_least(entry), len(data))
     return low <= len(data) <= high and _is_text(entry, data)
 
 
@@ -188,6 +201,10 @@ def test_reserved_entry_refuses_access(node: Node, entry: Entry, verdict: Verdic
     )
 
 
+LAST_SUB = 0xFE
+"""FFh is the structure of an object (CiA 301 v4.2.0, 7.4.4)."""
+
+
 def _unknown_subs(spec: DeviceSpec) -> Iterable[Case]:
     """The sub-indices that an object's own table and its sub-index 0 both leave out."""
     for index in spec.indices():
@@ -196,10 +213,15 @@ def _unknown_subs(spec: DeviceSpec) -> Iterable[Case]:
         claimed = max([*documented, *(c for c in counts if isinstance(c, int) and c < 0xFF)])
         if not spec.subs(index)[0].in_record:
             claimed = 0
-        unknown = [sub for sub in (claimed + 1, claimed + 2, 0xFE) if sub not in documented]
-        yield Case(
-            address(index), tuple((index, sub) for sub in unknown), spec.subs(index)[0].source
-        )
+        unknown = [
+            sub
+            for sub in sorted({claimed + 1, claimed + 2, LAST_SUB})
+            if sub not in documented and sub <= LAST_SUB
+        ]
+        if unknown:
+            yield Case(
+                address(index), tuple((index, sub) for sub in unknown), spec.subs(index)[0].source
+            )
 
 
 def _absence(first: Entry) -> tuple[AbortCode, ...]:

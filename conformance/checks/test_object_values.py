@@ -9,7 +9,7 @@ from conformance.bench.node import Node
 from conformance.bench.session import Bench
 from conformance.checks import cases
 from conformance.checks.cases import entries
-from conformance.checks.steps import each_limit, own_value, require_writable
+from conformance.checks.steps import agree, each_limit, own_value, require_writable
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, requirement
 from conformance.spec.model import DeviceSpec, Entry
@@ -126,6 +126,7 @@ def test_accepted_value_is_read_back(node: Node, entry: Entry, verdict: Verdict)
             data = entry.type.encode(value)
             if not node.try_download(entry.index, entry.sub, data).confirmed:
                 raise SetupRefused(f"{entry.address} refuses {value}{when}, see OD-11")
+            agree(node, entry, value)
             verdict.equal(
                 f"upload of {entry.address} after download of {value}{when}",
                 node.upload(entry.index, entry.sub),

@@ -8,21 +8,33 @@ from typing import NamedTuple
 
 from conformance.bench.link import Stamped
 from conformance.bench.node import Node
-from conformance.bench.tpdo import ASYNCHRONOUS, TpdoPort
+from conformance.bench.tpdo import TpdoPort
 from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
 from conformance.checks.steps import ENTER, require_alive
-from conformance.checks.tpdos import EVENT_MS, disablable, others_off, port_of, set_up, tpdos
+from conformance.checks.tpdos import (
+    ASYNCHRONOUS,
+    allows,
+    disablable,
+    event_time_ms,
+    listen,
+    others_off,
+    paced,
+    port_of,
+    send_sync,
+    set_up,
+    sync_ms,
+    tpdos,
+)
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec
 from conformance.verdict import Verdict
-from conformance.wire import cob_id, sync
 from conformance.wire.nmt import NmtState
 
 COMMUNICATION = f"{CIA301}, 7.5.2.37"
-WINDOW_S = 0.5
-SYNC_MS = 20
 LAST_S = 0.2
+EVENT_TIMES_MS = (20, 100)
+SYNC_TYPES = (1, 2, 3, 240)
 PERIODS = 20
 PERIODS_BEFORE = 4
 
@@ -34,26 +46,22 @@ class Numbered(NamedTuple):
     figure: int
 
 
-def _with_figures(spec: DeviceSpec, words: dict[int, str]) -> Iterable[Case]:
-    for case in tpdos(spec):
-        for figure, word in words.items():
-            yield Case(f"{case.label}/{word}", Numbered(case.subject, figure), case.section)
-
-
 def _event_timers(spec: DeviceSpec) -> Iterable[Case]:
-    shortest = spec.services.tpdo.min_cycle_ms if spec.services.tpdo else None
-    return _with_figures(spec, {n: f"{n}ms" for n in sorted({max(shortest or 0, 20), 100})})
+    for case in tpdos(spec):
+        times = {event_time_ms(spec, case.subject, at_least) for at_least in EVENT_TIMES_MS}
+        if any(allows(spec, case.subject, n) for n in ASYNCHRONOUS):
+            for figure in sorted(time for time in times if time is not None):
+                numbered = Numbered(case.subject, figure)
+                yield Case(f"{case.label}/{figure}ms", numbered, case.section)
 
 
 def _sync_types(spec: DeviceSpec) -> Iterable[Case]:
-    if spec.services.sync_consumer is None or spec.services.tpdo is None:
-        return ()
-    allowed = [
-        n
-        for n in (1, 2, 3, 240)
-        if any(int(a) <= n <= int(b) for a, b in spec.services.tpdo.transmission_types)
-    ]
-    return _with_figures(spec, {n: f"type-{n}" for n in allowed})
+    if spec.services.sync_consumer is not None:
+        for case in tpdos(spec):
+            for figure in SYNC_TYPES:
+                if allows(spec, case.subject, figure):
+                    numbered = Numbered(case.subject, figure)
+                    yield Case(f"{case.label}/type-{figure}", numbered, case.section)
 
 
 @requirement(
@@ -65,13 +73,13 @@ def _sync_types(spec: DeviceSpec) -> Iterable[Case]:
 )
 def test_tpdo_is_sent_in_operational_only(node: Node, number: int, verdict: Verdict) -> None:
     """A TPDO is sent in Operational, and neither in Pre-operational nor in Stopped."""
-    port = port_of(node, number)
-    set_up(node, port, ASYNCHRONOUS, EVENT_MS)
+    port, pace = port_of(node, number), paced(node, number)
+    set_up(node, port, pace.transmission_type, pace.event_ms)
     for state in (NmtState.OPERATIONAL, NmtState.STOPPED, NmtState.PRE_OPERATIONAL):
         node.nmt(ENTER[state])
-        node.link.listen(EVENT_MS / 1000, port.matches)
+        node.link.listen(pace.period_ms / 1000, port.matches)
 
-        seen = len(port.listen(WINDOW_S))
+        seen = len(listen(node, port, pace))
 
         wanted = "some" if state is NmtState.OPERATIONAL else "none"
         verdict.equal(
@@ -94,7 +102,8 @@ def test_event_timer_sets_the_period(node: Node, timer: Numbered, verdict: Verdi
     port = port_of(node, timer.number)
     others_off(node, timer.number)
     before_ms = port.event_ms
-    set_up(node, port, ASYNCHRONOUS, timer.figure)
+    kind = next(n for n in ASYNCHRONOUS if allows(node.spec, timer.number, n))
+    set_up(node, port, kind, timer.figure)
     port.start()
     if timer.figure != before_ms:
         _require_in_force(port, before_ms)
@@ -160,16 +169,10 @@ def _require_in_force(port: TpdoPort, before_ms: int) -> None:
 
 def _send_syncs(node: Node, port: TpdoPort, count: int) -> list[list[Stamped]]:
     """Send SYNCs and return the TPDOs that came after each, before the next."""
-    consumer = node.spec.services.sync_consumer
-    if consumer is None:
-        raise SetupRefused("the manual documents no SYNC consumer")
-    can_id = cob_id.SYNC
-    if consumer.object is not None:
-        can_id = node.number(consumer.object) & 0x7FF
     answered = []
     for _ in range(count):
-        node.send(sync.encode(sync.Sync(None), can_id))
-        answered.append(port.listen(SYNC_MS / 1000))
+        send_sync(node)
+        answered.append(port.listen(sync_ms(node.spec) / 1000))
     answered[-1] += port.listen(LAST_S)
     return answered
 
@@ -183,14 +186,14 @@ def _send_syncs(node: Node, port: TpdoPort, count: int) -> list[list[Stamped]]:
 )
 def test_disabled_tpdo_is_not_sent(node: Node, number: int, verdict: Verdict) -> None:
     """With bit 31 of its COB-ID set a TPDO is not sent; with the bit cleared it is."""
-    port = port_of(node, number)
-    set_up(node, port, ASYNCHRONOUS, EVENT_MS)
+    port, pace = port_of(node, number), paced(node, number)
+    set_up(node, port, pace.transmission_type, pace.event_ms)
     port.disable()
     port.start()
 
-    disabled = len(port.listen(WINDOW_S))
+    disabled = len(listen(node, port, pace))
     port.enable()
-    enabled = len(port.listen(WINDOW_S))
+    enabled = len(listen(node, port, pace))
 
     verdict.equal("TPDOs with bit 31 set", disabled, 0)
     verdict.equal("TPDOs with bit 31 clear", "some" if enabled else "none", "some")

@@ -5,15 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from conformance.bench.node import Node
-from conformance.bench.tpdo import ASYNCHRONOUS, TpdoPort
+from conformance.bench.tpdo import TpdoPort
 from conformance.checks import cases
 from conformance.checks.steps import tpdo_service
-from conformance.checks.tpdos import EVENT_MS, mappable, mappable_entries, port_of, tpdos
+from conformance.checks.tpdos import (
+    is_number,
+    listen,
+    mappable,
+    mappable_entries,
+    paced,
+    port_of,
+    tpdos,
+)
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, requirement
 from conformance.spec.model import DeviceSpec, Entry, address
 from conformance.verdict import Verdict
-from conformance.wire.datatypes import DataType
+from conformance.wire.datatypes import DataType, Value
 from conformance.wire.nmt import NmtCommand
 from conformance.wire.pdo import MappingEntry, unpack
 
@@ -21,7 +29,7 @@ MAPPING = f"{CIA301}, 7.5.2.38"
 MOST_BITS = 64
 SAMPLES = 5
 NOISE = 2
-"""Steps by which a measured value may move between two looks at it."""
+"""Steps by which a measured value may move between two looks at it, for a REAL hundredths of it."""
 
 
 @requirement(
@@ -33,19 +41,20 @@ NOISE = 2
 )
 def test_tpdo_carries_the_mapped_objects(node: Node, number: int, verdict: Verdict) -> None:
     """A TPDO carries the mapped objects' values, in the mapping's order."""
-    port = port_of(node, number)
+    port, pace = port_of(node, number), paced(node, number)
     fixed = port.fixed_mapping()
     if fixed is not None:
         verdict.follows(fixed.ambiguity, fixed.reading)
-    if port.can_be_mapped and fixed is None:
-        mapped = _told_apart(node)
-        port.configure(ASYNCHRONOUS, event_ms=EVENT_MS, mapped=[field.entry for field in mapped])
-    else:
-        mapped = _as_mapped(node, port)
-        port.configure(ASYNCHRONOUS, event_ms=EVENT_MS)
+    writable = port.can_be_mapped and fixed is None
+    mapped = _told_apart(node) if writable else _as_mapped(node, port)
+    port.configure(
+        pace.transmission_type,
+        event_ms=pace.event_ms,
+        mapped=[field.entry for field in mapped] if writable else (),
+    )
     node.nmt(NmtCommand.START)
 
-    seen = port.collect(1, 10 * EVENT_MS / 1000)
+    seen = listen(node, port, pace)
 
     if not seen:
         raise SetupRefused("the TPDO does not come, see TPDO-01")
@@ -125,33 +134,38 @@ class Held:
     """A mapped entry and between which values it was seen.
 
     Args:
-        entry: An integer entry.
+        entry: An entry that holds a number.
         low: Least value a TPDO may carry.
         high: Greatest value a TPDO may carry.
     """
 
     entry: Entry
-    low: int
-    high: int
+    low: float
+    high: float
 
     @property
     def expected(self) -> str:
         """The values in words."""
         return f"{self.low}" if self.low == self.high else f"{self.low} to {self.high}"
 
-    def decode(self, raw: int) -> int:
+    def decode(self, raw: int) -> float:
         """Return the field of a TPDO as a number of the entry's type."""
         size = self.entry.type.size or 0
-        return int(self.entry.type.decode(raw.to_bytes(size, "little")))
+        return _as_number(self.entry.type.decode(raw.to_bytes(size, "little")))
 
 
 def _told_apart(node: Node) -> list[Held]:
-    """Mappable entries that fit one TPDO and hold different values, so that their order shows."""
+    """Mappable entries that fit one TPDO and hold different values, so that their order shows.
+
+    What is no whole octet comes last, so that all others begin with an octet.
+    """
     chosen: list[Held] = []
-    most = MOST_BITS - 8 if _may_be_filled_up(node.spec) else MOST_BITS  # so that filling shows
-    for entry in sorted(mappable(node), key=lambda entry: -entry.index):
+    found = mappable(node)
+    most = tpdo_service(node).max_mapped
+    most_bits = MOST_BITS - 8 if _may_be_filled_up(node.spec) else MOST_BITS  # so filling shows
+    for entry in sorted(found, key=lambda entry: ((entry.type.bits or 0) % 8 > 0, -entry.index)):
         bits = sum(field.entry.type.bits or 0 for field in chosen) + (entry.type.bits or 0)
-        if bits > most:
+        if bits > most_bits or len(chosen) == most:
             continue
         try:
             held = _held(node, entry)
@@ -159,7 +173,7 @@ def _told_apart(node: Node) -> list[Held]:
             continue
         if all(held.high < other.low or other.high < held.low for other in chosen):
             chosen.append(held)
-    if len(chosen) < 2:
+    if len(chosen) < min(2, most, len(found)):
         raise SetupRefused("the mappable objects all hold one value, so their order cannot be seen")
     return chosen
 
@@ -176,11 +190,22 @@ def _as_mapped(node: Node, port: TpdoPort) -> list[Held]:
     found = [entry for entry in entries if entry is not None]
     if len(found) < len(entries) or not found:
         raise SetupRefused("the mapping names an object that the manual does not document")
+    for entry in found:
+        if not is_number(entry):
+            raise SetupRefused(f"{entry.address} is mapped and holds no number ({entry.type.name})")
     return [_held(node, entry) for entry in found]
 
 
 def _held(node: Node, entry: Entry) -> Held:
     """Watch an entry; a measured value may move on by as much as it was seen to, and a little."""
-    values = [node.number(entry.index, entry.sub) for _ in range(SAMPLES)]
-    margin = max(values) - min(values) + NOISE if entry.kind == "live" else 0
-    return Held(entry, min(values) - margin, max(values) + margin)
+    values = [_as_number(node.value(entry.index, entry.sub)) for _ in range(SAMPLES)]
+    low, high = min(values), max(values)
+    step = 1 if entry.type.is_integer else max(abs(low), abs(high)) / 100
+    margin = high - low + NOISE * step if entry.kind == "live" else 0
+    return Held(entry, low - margin, high + margin)
+
+
+def _as_number(value: Value) -> float:
+    if not isinstance(value, int | float):
+        raise SetupRefused(f"expected a number, got {value!r}")
+    return value

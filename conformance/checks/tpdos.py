@@ -1,30 +1,120 @@
-"""TPDOs as several checks need them: which a device has, and their set-up (CiA 301 v4.2.0, 7.2.2)."""
+"""TPDOs as several checks need them: which a device has, what makes them come, and their set-up.
+
+CiA 301 v4.2.0, 7.2.2 and 7.5.2.37.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
+from math import ceil
 
+from conformance.bench.link import Stamped
 from conformance.bench.node import Node
 from conformance.bench.tpdo import TpdoPort
 from conformance.checks import cases
 from conformance.checks.steps import COB_ID_SUB, tpdo_service
 from conformance.errors import SetupRefused
 from conformance.requirements import Case
-from conformance.spec.model import DeviceSpec, Entry, address
+from conformance.spec.model import DeviceSpec, Entry, address, is_legal
+from conformance.wire import cob_id, sync
+from conformance.wire.datatypes import DataType
 
 EVENT_MS = 50
+SYNC_MS = 20
+FRAME_BITS = 135
+"""A TPDO of eight octets, bit stuffing included."""
+WINDOW_S = 0.5
 NOT_VALID = 1 << 31
 MOST_TRIED = 4
+ASYNCHRONOUS = (254, 255)
+SYNCHRONOUS = range(1, 241)
+TYPE_SUB = 2
+EVENT_TIMER_SUB = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """What makes a TPDO come again and again.
+
+    Args:
+        transmission_type: An asynchronous one, or n for every n-th SYNC.
+        event_ms: Event timer; 0 for a synchronous TPDO.
+        sync_ms: From one SYNC to the next.
+    """
+
+    transmission_type: int
+    event_ms: int
+    sync_ms: int
+
+    @property
+    def period_ms(self) -> int:
+        """From one TPDO to the next."""
+        return self.event_ms or self.transmission_type * self.sync_ms
+
+    @property
+    def window_s(self) -> float:
+        """Time within which some TPDOs must have come."""
+        return max(WINDOW_S, 4 * self.period_ms / 1000)
+
+
+def pace_of(spec: DeviceSpec, number: int) -> Pace | None:
+    """Return what makes a TPDO come, its event timer or SYNC; None where the manual offers neither."""
+    event_ms = event_time_ms(spec, number, EVENT_MS)
+    types = [n for n in ASYNCHRONOUS if allows(spec, number, n)]
+    if types and event_ms is not None:
+        return Pace(types[0], event_ms, 0)
+    synchronous = (n for n in SYNCHRONOUS if allows(spec, number, n))
+    first = None if spec.services.sync_consumer is None else next(synchronous, None)
+    return None if first is None else Pace(first, 0, sync_ms(spec))
+
+
+def sync_ms(spec: DeviceSpec) -> int:
+    """Return a time between two SYNCs in which every TPDO has its place on the bus, twice."""
+    count = 0 if spec.services.tpdo is None else spec.services.tpdo.count
+    return max(SYNC_MS, ceil(2 * (count + 1) * FRAME_BITS * 1000 / spec.bitrate))
+
+
+def allows(spec: DeviceSpec, number: int, transmission_type: int) -> bool:
+    """Tell whether a TPDO can have, or always has, a transmission type."""
+    tpdo = spec.services.tpdo
+    if tpdo is None or not _within(transmission_type, tpdo.transmission_types):
+        return False
+    entry = spec.entry(tpdo.communication + number - 1, TYPE_SUB)
+    if entry is None or not entry.writable:
+        return entry is None or entry.default in (None, transmission_type)
+    return all(is_legal(transmission_type, reading.legal) for reading in entry.readings)
+
+
+def _within(value: int, intervals: Iterable[list[int]]) -> bool:
+    return any(low <= value <= high for low, high in intervals)
+
+
+def event_time_ms(spec: DeviceSpec, number: int, at_least_ms: int) -> int | None:
+    """Return an event time that a TPDO can have, or always has; None where it has no event timer."""
+    tpdo = spec.services.tpdo
+    entry = None if tpdo is None else spec.entry(tpdo.communication + number - 1, EVENT_TIMER_SUB)
+    if tpdo is None or entry is None:
+        return None
+    if not entry.writable:
+        return entry.default if isinstance(entry.default, int) and entry.default else None
+    wanted_ms = max(at_least_ms, tpdo.min_cycle_ms or 0)
+    edges = {low for reading in entry.readings for low, _ in reading.legal or ()}
+    for value in (wanted_ms, *sorted(edge for edge in edges if edge > wanted_ms)):
+        if all(is_legal(value, reading.legal) for reading in entry.readings):
+            return value
+    return None
 
 
 def tpdos(spec: DeviceSpec) -> Iterable[Case]:
-    """Return the TPDOs that are not documented as disabled for good, by their number."""
+    """Return the TPDOs that can be made to come, by their number."""
     tpdo = spec.services.tpdo
     if tpdo is not None:
         for number in range(1, tpdo.count + 1):
             index = tpdo.communication + number - 1
             parameter = spec.entry(index, COB_ID_SUB)
-            if parameter is None or not _always_off(parameter):
+            off = parameter is not None and _always_off(parameter)
+            if not off and pace_of(spec, number) is not None:
                 section = parameter.source if parameter is not None else tpdo.source
                 yield Case(address(index), number, section)
 
@@ -56,11 +146,16 @@ def others_off(node: Node, number: int) -> None:
             port_of(node, other).disable()
 
 
+def is_number(entry: Entry) -> bool:
+    """Tell whether an entry holds a number of fixed length, a BOOLEAN included."""
+    others = (DataType.BOOLEAN, DataType.REAL32, DataType.REAL64)
+    return entry.type.is_integer or entry.type in others
+
+
 def mappable_entries(entry: Entry, spec: DeviceSpec) -> bool:
     """Pick what every reading of the manual lets be mapped, with the same type."""
-    bits = entry.type.bits is not None and entry.type.is_integer
-    mappable = bool(entry.mappable) and not entry.optional
-    return spec.services.tpdo is not None and bits and mappable and cases.same_type(entry)
+    mappable = bool(entry.mappable) and not entry.optional and is_number(entry)
+    return spec.services.tpdo is not None and mappable and cases.same_type(entry)
 
 
 def mappable(node: Node) -> list[Entry]:
@@ -77,6 +172,44 @@ def mappable(node: Node) -> list[Entry]:
     if not found:
         raise SetupRefused("the manual documents no mappable object")
     return found
+
+
+def paced(node: Node, number: int) -> Pace:
+    """Return what makes a TPDO come.
+
+    Raises:
+        SetupRefused: The manual offers nothing.
+    """
+    pace = pace_of(node.spec, number)
+    if pace is None:
+        raise SetupRefused(
+            "the manual offers neither an event timer nor SYNC to make the TPDO come"
+        )
+    return pace
+
+
+def send_sync(node: Node) -> None:
+    """Send a SYNC with the COB-ID that the node listens to.
+
+    Raises:
+        SetupRefused: The manual documents no SYNC consumer.
+    """
+    consumer = node.spec.services.sync_consumer
+    if consumer is None:
+        raise SetupRefused("the manual documents no SYNC consumer")
+    can_id = cob_id.SYNC if consumer.object is None else node.number(consumer.object) & 0x7FF
+    node.send(sync.encode(sync.Sync(None), can_id))
+
+
+def listen(node: Node, port: TpdoPort, pace: Pace) -> list[Stamped]:
+    """Return the TPDOs of one window; SYNCs are sent where the TPDO needs them."""
+    if pace.event_ms:
+        return port.listen(pace.window_s)
+    seen = []
+    for _ in range(round(pace.window_s * 1000 / pace.sync_ms)):
+        send_sync(node)
+        seen += port.listen(pace.sync_ms / 1000)
+    return seen
 
 
 def set_up(node: Node, port: TpdoPort, transmission_type: int, event_ms: int = 0) -> None:

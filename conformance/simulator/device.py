@@ -261,7 +261,7 @@ class SimulatedDevice:
 
     def _use_node_id(self, node_id: int) -> None:
         """Change the node-ID of the running node."""
-        if not identity.usable_node_id(node_id):
+        if node_id == self.node_id or not identity.usable_node_id(node_id):
             return
         assert self._firmware is not None  # its download asked for the change
         node, before = self._firmware.node, self.spec

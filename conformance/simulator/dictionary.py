@@ -14,7 +14,7 @@ from conformance.wire.abort import AbortCode
 from conformance.wire.datatypes import Value
 from conformance.wire.errors import WireError
 
-_MOST_OCTETS = 1024
+_MOST_OCTETS = 8192
 
 Guard = Callable[[Value], None]
 """Raises SdoAbortError when the value must not be written now; called before the range check."""

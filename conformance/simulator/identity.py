@@ -178,10 +178,12 @@ def _remember_at(memory: NonVolatileMemory, entry: Entry) -> Callable[[Value], N
 
 
 def _switch(node: Node, entry: Entry, use: Callable[[int], None]) -> Callable[[Value], None]:
-    def due() -> None:
+    def due(_due_ns: int) -> None:
         use(bits_per_second(entry, node.dictionary.number(*entry.key)))
 
+    timer = node.agenda.timer(due)
+
     def switch(_value: Value) -> None:
-        node.agenda.after(SWITCH_DELAY_NS, due)
+        timer.start(node.agenda.now_ns + SWITCH_DELAY_NS)
 
     return switch

@@ -253,6 +253,15 @@ class DeviceSpec:
                 keys |= dict.fromkeys(named) if key in named else {}
         return tuple(keys)
 
+    def partner(self, key: Key) -> Key | None:
+        """Return the other entry of the pair that changes a setting only together, if any."""
+        for rule in self.behaviours.values():
+            if isinstance(rule, Paired):
+                named = [key_of(it) for it in rule.objects]
+                if key in named:
+                    return named[1 - named.index(key)]
+        return None
+
     @property
     def services_readings(self) -> tuple[tuple[Services, OtherServices | None], ...]:
         """The services as judged, then as other readings have them."""
