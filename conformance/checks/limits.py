@@ -27,3 +27,31 @@ def mean_tolerance_ms(period_ms: float) -> float:
 def mean(values: Sequence[float]) -> list[float]:
     """Return the mean as a list of one, empty for no values."""
     return [sum(values) / len(values)] if values else []
+
+
+# What is measured. None of the manuals gives an accuracy; these are wide enough for any sensor of
+# its kind and the angle at which it is mounted on the bench, and narrow enough to show a wrong
+# sign, scale or axis.
+
+STEPS = 2
+"""Steps by which a measured value may move between two looks at it, and one for its rounding."""
+
+_TILT_DEG = 0.5
+TEMPERATURE_K = 3.0
+"""A sensor for the temperature of its own board; its self-heating cancels out in a difference."""
+
+GRAVITY_G = 0.1
+"""Zero-g offset and scale of an uncalibrated acceleration sensor."""
+
+_SUPPLY = 0.05
+_DIODE_V = 1.0
+
+
+def tilt_tolerance_deg(step_deg: float) -> float:
+    """Return how far a change of a slope may be from that of the tilt: 0.5 deg and 2 steps."""
+    return _TILT_DEG + STEPS * step_deg
+
+
+def supply_tolerance_v(volt: float) -> float:
+    """Return how far a supply voltage may be shown wrong: 5 % and the drop of a diode."""
+    return volt * _SUPPLY + _DIODE_V

@@ -72,7 +72,7 @@ def _meet_conditions(node: Node, entry: Entry) -> None:
     """Give other entries what they must hold before this one accepts a new value."""
     for condition in entry.writable_while:
         other = node.spec.entries.get(condition.key)
-        if other is None:
+        if other is None or (other.optional and node.sdo.upload(*other.key).refused):
             continue
         present = node.number(*condition.key)
         if not condition.holds(present):

@@ -201,7 +201,9 @@ class ObjectDictionary:
             limits = entry.limits_by
             if limits is None:
                 continue
-            if limits.conflict == "refused":
+            if self._faults.limit_conflict_clears:
+                self.observers[limits.key].append(partial(self._lower, entry))
+            elif limits.conflict == "refused":
                 self.guards[limits.key].append(partial(self._check_limited, entry))
             elif limits.conflict == "lowered":
                 self.observers[limits.key].append(partial(self._lower, entry))
@@ -214,7 +216,8 @@ class ObjectDictionary:
         ranges = entry.limits_by.ranges.get(int(value)) if entry.limits_by is not None else None
         if ranges is not None:
             most = max(high for _, high in ranges)
-            self.set(entry.key, min(self._written(entry.key), most))
+            if self._written(entry.key) > most:
+                self.set(entry.key, 0 if self._faults.limit_conflict_clears else most)
 
     def _write(self, key: Key, value: Value) -> None:
         if self._faults.od_readback_stale in ("everywhere", key[0]):

@@ -11,6 +11,7 @@ from typing import Final
 from conformance.simulator.dictionary import ObjectDictionary
 from conformance.simulator.faults import Faults
 from conformance.spec.document import Follows
+from conformance.spec.fields import key_of
 from conformance.spec.model import Entry, Key
 from conformance.wire.datatypes import DataType, Value
 
@@ -66,14 +67,17 @@ class LiveValues:
 
     Attributes:
         slopes: Turns an angle in deg into bits of an entry, for slopes with offsets.
+        units: Returns the documented bits that one bit of an entry stands for now.
         stops: Lowest and highest angle that is shown of an axis, in deg.
     """
 
     def __init__(self, world: World, dictionary: ObjectDictionary, faults: Faults) -> None:
         self._world = world
         self._faults = faults
+        self._factors = {key_of(it): factor for it, factor in faults.live_factors.items()}
         self._frozen: dict[tuple[int, int], Value] = {}
         self.slopes: dict[Key, Callable[[float], float]] = {}
+        self.units: dict[Key, Callable[[], float]] = {}
         self.stops: dict[Follows, tuple[float, float]] = {}
         for entry in dictionary.entries.values():
             if entry.follows is not None and world.quantity(entry.follows) is not None:
@@ -91,7 +95,11 @@ class LiveValues:
         return not low <= self._counts(entry, entry.follows) <= high
 
     def _value(self, entry: Entry, follows: Follows) -> Value:
-        value = _shown(entry, self._counts(entry, follows))
+        bits = self._counts(entry, follows)
+        if self._faults.live_factors:
+            bits *= self._factors.get(entry.key, 1.0)
+        unit = self.units.get(entry.key)
+        value = _shown(entry, bits, unit() if unit else 1.0)
         return self._frozen.setdefault(entry.key, value) if self._faults.live_frozen else value
 
     def tilt_deg(self, axis: Follows) -> float:
@@ -126,14 +134,16 @@ def clipped(entry: Entry, value: float) -> int:
     return min(max(round(value), low), high)
 
 
-def _shown(entry: Entry, value: float) -> Value:
+def _shown(entry: Entry, value: float, unit: float) -> Value:
+    """Return what an entry shows whose bits are now ``unit`` times as large as documented."""
     if entry.type in (DataType.REAL32, DataType.REAL64):
         return value
-    turn = _whole_turn(entry)
+    low, high = (round(limit / unit) for limit in _limits(entry))
+    turn = _whole_turn(entry) / unit
     if turn:
-        low, _ = _limits(entry)
-        return low + (round(value) - low) % turn
-    return clipped(entry, value)
+        value = low + round(value - low) % round(turn)
+    low, high = max(low, entry.type.minimum), min(high, entry.type.maximum)
+    return min(max(round(value), low), high)
 
 
 def _whole_turn(entry: Entry) -> int:
@@ -142,7 +152,7 @@ def _whole_turn(entry: Entry) -> int:
         return 0
     turn = round(counts(entry, _TURN_DEG))
     low, high = _limits(entry)
-    return turn if high - low + 1 >= turn else 0
+    return turn if turn <= high - low + 1 <= turn + 1 else 0
 
 
 def _limits(entry: Entry) -> tuple[int, int]:

@@ -37,7 +37,7 @@ def follow_rules(
             dictionary.actions[entry.key] = _do_nothing
     for rule in spec.behaviours.values():
         match rule:
-            case SameValue():
+            case SameValue() if not node.faults.twins_apart:
                 _SameValue(node, [key_of(it) for it in rule.objects])
             case Paired() if rule.reads == "in-force":
                 _Pair(node, [key_of(it) for it in rule.objects])
@@ -56,7 +56,7 @@ def _do_nothing(_value: Value) -> None:
 
 
 def _reset_on(node: Node, wanted: int, reset: Callable[[], None], value: Value) -> None:
-    if value == wanted:
+    if value == wanted and not node.faults.reset_command_ignored:
         node.agenda.after(RESET_DELAY_NS, reset)
 
 
@@ -68,6 +68,8 @@ def _status(node: Node, rule: StatusBits, has_error: Callable[[int], bool]) -> i
             return _has_factory_settings(node)
         return any(has_error(code) for code in meaning.errors)
 
+    if node.faults.status_bits_set:
+        return 0xFF
     return sum(1 << bit for bit, meaning in rule.bits.items() if is_set(meaning))
 
 

@@ -26,6 +26,9 @@ class Slope:
 
     def __init__(self, node: Node, live: LiveValues, spec: SlopeSpec) -> None:
         self._spec = spec
+        self._ignores = frozenset(node.faults.slope_ignores)
+        self._reversed = node.faults.resolution_reversed
+        self._preset_reads = node.faults.preset_reads
         self._dictionary = node.dictionary
         self._live = live
         self._value = node.dictionary.entries[key_of(spec.value)]
@@ -37,6 +40,8 @@ class Slope:
         self._unit_before = self._unit_deg(self._value)
         self._steps_before = self._steps()
         live.slopes[self._value.key] = self._counts
+        if self._value.scale is not None and self._value.ranges is not None:
+            live.units[self._value.key] = self._documented_bits
         if self._preset is not None:
             node.dictionary.guards[self._preset.key].append(self._check_preset)
             node.dictionary.actions[self._preset.key] = self._preset_written
@@ -65,7 +70,15 @@ class Slope:
         if self._resolution is None:
             return physical_deg(entry, 1)
         steps = self._dictionary.number(*self._resolution.key)
+        if self._reversed:
+            return physical_deg(self._resolution, 1) * self._default_steps**2 / (steps or 1)
         return physical_deg(self._resolution, steps or 1)
+
+    @property
+    def _default_steps(self) -> int:
+        assert self._resolution is not None  # else nobody asks
+        default = self._resolution.default_value
+        return default if isinstance(default, int) else 0
 
     def _deg(self, entry: Entry | None) -> float:
         if entry is None:
@@ -80,6 +93,8 @@ class Slope:
 
     @property
     def _scaled(self) -> bool:
+        if "scaling" in self._ignores:
+            return True
         return self._spec.scaling is None or self._is_set(self._spec.scaling)
 
     def _counts(self, tilt_deg: float) -> float:
@@ -88,10 +103,23 @@ class Slope:
         if self._scaled or self._spec.unscaled == "with-offsets":
             sign = -1 if self._spec.offset_is == "subtracted" else 1
             angle += sign * (self._deg(self._offset) + self._hidden_deg)
-            angle += self._deg(self._differential)
-        return (-angle if self._inverted("sum") else angle) / self._unit_deg(self._value)
+            if "differential-offset" not in self._ignores:
+                angle += self._deg(self._differential)
+        return (-angle if self._inverted("sum") else angle) / self._shown_unit_deg
+
+    @property
+    def _shown_unit_deg(self) -> float:
+        """Return the angle of one bit of the slope in deg."""
+        if self._spec.unscaled == "own-steps" and not self._scaled and self._resolution is not None:
+            return physical_deg(self._resolution, self._default_steps)
+        return self._unit_deg(self._value)
+
+    def _documented_bits(self) -> float:
+        return self._shown_unit_deg / physical_deg(self._value, 1)
 
     def _inverted(self, what: str) -> bool:
+        if "inversion" in self._ignores:
+            return False
         return self._spec.inverts == what and self._is_set(self._spec.inversion)
 
     def _subtracted_deg(self) -> float:
@@ -99,7 +127,7 @@ class Slope:
         follows = self._value.follows
         measured = 0.0 if follows is None else self._live.tilt_deg(follows)
         measured = -measured if self._inverted("measured") else measured
-        if self._spec.preset_subtracts == "measured":
+        if self._spec.preset_subtracts == "measured" or "preset-differential" in self._ignores:
             return measured
         return measured + self._deg(self._differential)
 
@@ -109,8 +137,11 @@ class Slope:
 
     def _preset_written(self, value: Value) -> None:
         assert self._preset is not None  # else nobody calls
-        self.show(int(value) * self._unit_deg(self._preset))
+        if "preset" not in self._ignores:
+            self.show(int(value) * self._unit_deg(self._preset))
         reads = value if self._spec.preset_reads == "preset" else 0
+        if self._preset_reads is not None:
+            reads = self._preset_reads
         self._dictionary.set(self._preset.key, reads)
 
     def rescaled(self) -> dict[Key, int]:
@@ -119,6 +150,8 @@ class Slope:
         same = self._steps_before == self._steps()
         self._unit_before, self._steps_before = now, self._steps()
         change = self._spec.resolution_change
+        if "resolution-change" in self._ignores:
+            return {}
         whole = [it for it in (self._preset, self._offset, self._differential) if it is not None]
         if change == "keeps-angles" and before != now:
             number = self._dictionary.number
@@ -161,5 +194,5 @@ def _zero(node: Node, slopes: dict[int, Slope], value: Value) -> None:
     if node.faults.zero_command_ignored:
         return
     for bit, slope in slopes.items():
-        if int(value) >> bit & 1:
+        if int(value) >> bit & 1 or node.faults.zeroes_all_axes:
             slope.show(0.0)

@@ -177,15 +177,24 @@ class Tpdo:
 
     def _data(self) -> bytes:
         data = pack([(self._raw(key, bits), bits) for key, bits in self._mapping])
+        if self._reverses("pdo"):
+            data = data[::-1]
         return data.ljust(self._spec.octets or 0, b"\0")
 
     def _raw(self, key: Key, bits: int) -> int:
         if key not in self._dictionary.entries:
             return 0
-        data, order = self._dictionary.data(key), self._spec.byte_order
-        if order is not None and self._dictionary.number(order.object) == order.big_endian:
+        data = self._dictionary.data(key)
+        if self._reverses("objects"):
             data = data[::-1]
         return int.from_bytes(data, "little") & (1 << bits) - 1
+
+    def _reverses(self, what: str) -> bool:
+        """Return whether the octets of the objects, or those of the PDO, are turned round now."""
+        order = self._spec.byte_order
+        if order is None or self._node.faults.tpdo_byte_order_ignored or order.reverses != what:
+            return False
+        return self._dictionary.number(order.object) == order.big_endian
 
 
 class TpdoProducer:

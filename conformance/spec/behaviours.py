@@ -46,7 +46,8 @@ class Slope(_Behaviour):
 
     ``inversion``, ``scaling``: bits of the operating parameter.
     ``inverts``: what changes its sign with the inversion bit set.
-    ``unscaled``: what the slope shows while scaling is off.
+    ``unscaled``: what the slope shows while scaling is off; ``own-steps``: the measured angle in
+    steps that the resolution does not change.
     ``preset_subtracts``: what is taken from a preset to get the offset.
     ``preset_unscaled``: what a preset does while scaling is off.
     ``preset_reads``: what the preset returns after a download.
@@ -64,7 +65,7 @@ class Slope(_Behaviour):
     offset: Address | None = None
     differential_offset: Address | None = None
     inverts: Literal["measured", "sum"] = "measured"
-    unscaled: Literal["measured", "with-offsets"] = "measured"
+    unscaled: Literal["measured", "with-offsets", "own-steps"] = "measured"
     preset_subtracts: Literal["measured", "measured-and-differential"] = "measured"
     preset_unscaled: Literal["calculated", "refused"] = "calculated"
     preset_reads: Literal["preset", "zero"] = "preset"

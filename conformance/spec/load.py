@@ -13,12 +13,13 @@ from conformance.spec.behaviours import Behaviour, named_objects
 from conformance.spec.document import SpecDocument
 from conformance.spec.fields import key_of
 from conformance.spec.linter import find_mistakes
-from conformance.spec.model import DeviceSpec, Entry, Key, OtherServices
+from conformance.spec.model import DeviceSpec, Entry, Key, OtherBehaviours, OtherServices
 from conformance.spec.readings import (
     ChangeError,
     changes_of,
     patched,
     touched_objects,
+    touches_behaviours,
     touches_services,
 )
 from conformance.spec.resolve import EntryResolver, chosen_readings, with_alternatives
@@ -84,6 +85,7 @@ class SpecFile:
             sha256=hashlib.sha256(self.yaml.text).hexdigest(),
             behaviours=_that_hold(document.behaviours, entries),
             other_services=tuple(self._other_services(variant, chosen, asked)),
+            other_behaviours=tuple(self._other_behaviours(chosen, asked, entries)),
         )
 
     def _variant(self, name: str | None) -> str:
@@ -154,6 +156,23 @@ class SpecFile:
                         continue
                     services = other.services.of_variant(variant)
                     yield OtherServices(ambiguity.id, number, services)
+
+    def _other_behaviours(
+        self, chosen: Mapping[str, int], asked: Mapping[str, int], entries: Mapping[Key, Entry]
+    ) -> Iterator[OtherBehaviours]:
+        """Return the behaviours under each reading not chosen of an open ambiguity about them."""
+        for ambiguity in self.document.ambiguities:
+            if ambiguity.judged_by != "either" or ambiguity.id in asked:
+                continue
+            changes = {path: None for reading in ambiguity.readings for path in reading.changes}
+            for number in range(1, len(ambiguity.readings) + 1):
+                if number != chosen[ambiguity.id] and touches_behaviours(changes):
+                    try:
+                        other = self._under({**chosen, ambiguity.id: number})
+                    except ChangeError:  # a reading that those asked for exclude
+                        continue
+                    holding = _that_hold(other.behaviours, entries)
+                    yield OtherBehaviours(ambiguity.id, number, holding)
 
     def _under(self, chosen: Mapping[str, int]) -> SpecDocument:
         ambiguities = self.document.ambiguities

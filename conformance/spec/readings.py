@@ -70,6 +70,11 @@ def touches_services(changes: Mapping[str, Any]) -> bool:
     return _touches("services", changes)
 
 
+def touches_behaviours(changes: Mapping[str, Any]) -> bool:
+    """Tell whether a reading changes a behaviour."""
+    return _touches("behaviours", changes)
+
+
 def _touches(part: str, changes: Mapping[str, Any]) -> bool:
     return any(parse_path(text)[0] == part for text in changes)
 

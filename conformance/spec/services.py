@@ -146,6 +146,7 @@ class EmcyProducer(Service):
     ``inhibited``: what happens to an EMCY within it.
     ``sends``: at each change of the errors, or at the first and after the last one.
     ``cleared``: whether error code 0000h is sent.
+    ``lasts``: how long an angle that was out of its limits is an error.
     """
 
     object: Index
@@ -165,15 +166,20 @@ class EmcyProducer(Service):
     causes: list[ErrorCause] = Field(default=[])
     sends: Literal["each-change", "first-and-last"] = "each-change"
     cleared: Literal["sent", "silent"] = "sent"
+    lasts: Literal["while-present", "until-reset"] = "while-present"
     on_error: OnError | None = None
     source: Source
 
 
 class ByteOrder(StrictModel):
-    """The object that turns the octets of each mapped object round when it is ``big_endian``."""
+    """The object that turns octets of a PDO round when it is ``big_endian``.
+
+    ``reverses``: the octets of each mapped object, or those of the whole PDO.
+    """
 
     object: Index
     big_endian: int
+    reverses: Literal["objects", "pdo"] = "objects"
     source: Source
 
 
