@@ -187,11 +187,12 @@ class EmcyPort:
         """
         self._was_empty = self.count() == 0
         self._disturbed = True
+        self.watch()
+        self.end()
+        if self.present():
+            raise SetupRefused("the node shows an error without one to be seen")
         if self.watch() & NOT_VALID:
             self.enable()
-        self.relieve()
-        if register := self.register():
-            raise SetupRefused(f"the error register is {register:02X}h without an error to be seen")
 
     def provoke(self, *errors: Provocation) -> list[Stamped]:
         """Let exactly these errors be present, and return the EMCYs that come."""
@@ -209,6 +210,33 @@ class EmcyPort:
         """Bring the node level, and return the EMCYs that come."""
         return self.provoke()
 
+    def end(self) -> None:
+        """Bring the node level; where an error may last until a reset, reset a node that has one."""
+        self.relieve()
+        if self.may_last and self.present():
+            self._node.reset()
+
+    @property
+    def may_last(self) -> bool:
+        """The manual also reads as if an error lasted until a reset."""
+        return may_last(self._node.spec)
+
+    def present(self) -> bool:
+        """Tell whether the error register or the manufacturer's code shows an error."""
+        place = self.producer.manufacturer_code
+        code = 0 if place is None else self._node.number(place.object)
+        return bool(self.register()) or any(code >> bit & 1 for bit in self._bits())
+
+    def _bits(self) -> set[int]:
+        """Return the bits that errors of the angle have in the manufacturer's code."""
+        return {
+            cause.bit
+            for services, _ in self._node.spec.services_readings
+            if services.emcy_producer is not None
+            for cause in services.emcy_producer.causes
+            if cause.bit is not None
+        }
+
     def listen(self, duration_s: float) -> list[Stamped]:
         """Receive for a while and return the EMCYs."""
         return self._node.link.listen(duration_s, self.matches)
@@ -223,15 +251,15 @@ class EmcyPort:
         if not self._disturbed:
             return
         self._node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
-        self._stimulus.rest()
         self._disturbed = False
-        history = self._place(0)
-        if self._was_empty and history is not None and history.writable:
-            try:
-                if self.count():
-                    self._node.sdo.download(history.index, 0, history.type.encode(0))
-            except (SetupRefused, NodeTimeout):
-                return
+        try:
+            self.end()
+            self._stimulus.rest()
+            history = self._place(0)
+            if self._was_empty and history is not None and history.writable and self.count():
+                self._node.sdo.download(history.index, 0, history.type.encode(0))
+        except (SetupRefused, NodeTimeout):
+            self._stimulus.rest()
 
     # History
 
@@ -252,6 +280,14 @@ class EmcyPort:
         return [
             self._node.number(index, sub) & 0xFFFF for sub in range(1, min(self.count(), most) + 1)
         ]
+
+
+def may_last(spec: DeviceSpec) -> bool:
+    """Tell whether a reading has an error last until a reset."""
+    return any(
+        services.emcy_producer is not None and services.emcy_producer.lasts == "until-reset"
+        for services, _ in spec.services_readings
+    )
 
 
 def decoded(seen: Stamped) -> emcy.Emergency:

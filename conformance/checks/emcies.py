@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import TypeVar
 
-from conformance.bench.emcy import EmcyPort, Provocation, decoded, provocations
+from conformance.bench.emcy import EmcyPort, Provocation, decoded, may_last, provocations
 from conformance.bench.link import Stamped
 from conformance.effects import Effect
 from conformance.errors import SetupRefused
@@ -75,12 +75,14 @@ def with_register(spec: DeviceSpec) -> Iterable[Case]:
 
 
 def kept(spec: DeviceSpec) -> tuple[Effect, ...]:
-    """Return what an error does to the node for good: it may enter a history that lasts."""
+    """Return what an error does to the node: it may last until a reset, and in its history."""
     producer = spec.services.emcy_producer
+    effects: tuple[Effect, ...] = ("resets",) if may_last(spec) else ()
     if producer is None or producer.history is None:
-        return ()
+        return effects
     entry = spec.entry(producer.history, 1)
-    return () if entry is not None and entry.persistent is False else ("non-volatile",)
+    lost = entry is not None and entry.persistent is False
+    return effects if lost else (*effects, "non-volatile")
 
 
 def told(
@@ -106,7 +108,7 @@ def came_about(
     verdict: Verdict,
 ) -> bool:
     """Tell whether there was an error; if not, note the reading by which there need not be one."""
-    if seen or emcy.register():
+    if seen or emcy.present():
         return True
     return not unlimited(spec, error, verdict, "none")
 

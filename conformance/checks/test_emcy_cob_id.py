@@ -51,10 +51,11 @@ def test_bit_31_switches_emcy_off(
     """With bit 31 of its COB-ID set no EMCY is sent; with the bit cleared it is."""
     if told(spec, emcy, error, verdict) is None:
         return
-    emcy.relieve()
+    emcy.end()
     emcy.disable()
 
     disabled = [*emcy.provoke(error), *emcy.relieve()]
+    emcy.end()
     emcy.enable()
     enabled = emcy.provoke(error)
 
@@ -77,7 +78,7 @@ def test_emcy_uses_its_cob_id(
     """With another CAN-ID in its COB-ID object EMCY is sent on that one, and no longer on the old."""
     if told(spec, emcy, error, verdict) is None:
         return
-    emcy.relieve()
+    emcy.end()
     before = emcy.can_id
     emcy.move(FREE_CAN_ID)
     emcy.watch()

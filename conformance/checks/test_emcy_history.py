@@ -89,7 +89,7 @@ def test_history_is_in_order(
     first, second = both
     if told(spec, emcy, first, verdict) is None:
         return
-    emcy.relieve()
+    emcy.end()
     emcy.provoke(second)
 
     past = emcy.past(3)
@@ -144,10 +144,10 @@ def test_history_keeps_the_documented_number(
     """The history keeps as many errors as documented and drops older ones."""
     if told(spec, emcy, error, verdict) is None:
         return
-    emcy.relieve()
+    emcy.end()
     for _ in range(max(_depths(spec)) + MORE):
         emcy.provoke(error)
-        emcy.relieve()
+        emcy.end()
 
     count = emcy.count()
 
@@ -176,7 +176,7 @@ def test_history_is_cleared(
     """Writing 0 to sub-index 0 clears the history, where it can be written."""
     for error in above(spec)[:1]:
         if told(spec, emcy, error, verdict) is not None:
-            emcy.relieve()
+            emcy.end()
 
     cleared = node.sdo.download(count.index, 0, count.type.encode(0))
 
@@ -257,3 +257,6 @@ def test_unused_places_hold_no_error(
             actual=str(place),
             ok=empty or place.abort in UNUSED,
         )
+        for other in entry.alternatives:
+            if (other.entry.default is None) == place.refused != (entry.default is None):
+                verdict.follows(other.ambiguity, other.reading)

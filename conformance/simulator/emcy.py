@@ -94,7 +94,8 @@ class EmcyProducer:
             if self._is_beyond(cause.cause):
                 found.setdefault(Error(cause.code, cause.bit), cause.cause)
         for cause in self._spec.causes:
-            if Error(cause.code, cause.bit) not in found:
+            ends = self._spec.lasts == "while-present"
+            if ends and Error(cause.code, cause.bit) not in found:
                 self.clear_error(cause.code, cause.bit)
         for error, axis in found.items():
             self.raise_error(error.code, error.bit, axis)

@@ -120,3 +120,18 @@ def test_an_emcy_within_the_inhibit_time_comes_after_it(bus: SimulatorBus, ask: 
     assert [message.arbitration_id for message in seen if message] == [0x8A, 0x8A]
     assert seen[1] is not None
     assert 0.1 <= seen[1].timestamp - start < 0.11
+
+
+@pytest.mark.parametrize(("reading", "heard"), [(1, ["08A#0000000000000000"]), (3, [])])
+def test_an_error_may_last_until_a_reset(
+    open_bus: Open, tell: Tell, hear: Hear, reading: int, heard: list[str]
+) -> None:
+    bus = booted(open_bus, "danfoss_dst_x730", readings=f"DST-137={reading}", variant="xy-10")
+    bus.set_tilt(12.0, 0.0)
+    hear(bus, 0.1)
+    bus.set_tilt(0.0, 0.0)
+    assert hear(bus, 0.1) == heard
+    tell(bus, "000#810A")
+    hear(bus, 0.5)
+    bus.set_tilt(12.0, 0.0)
+    assert hear(bus, 0.1) == ["08A#0010000001000000"]
