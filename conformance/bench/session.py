@@ -34,7 +34,6 @@ class Bench:
         self.definition = definition
         self.spec = spec
         self.link = link
-        self.at_defaults = False
         self.non_volatile_writes = 0
         self.observations = Observations(link)
         self.channel = SdoChannel(link, spec.node_id, definition.sdo_timeout_s)
@@ -100,8 +99,6 @@ class Bench:
         if doubtful and not node.answers():
             node.recover()
         self.channel.settle()
-        if node.was_reset:
-            self.at_defaults = False
 
     def find_node(self) -> None:
         """Make sure that a node is there before anything is judged.
@@ -122,27 +119,6 @@ class Bench:
             f"(heard on the bus: {', '.join(heard[:8]) or 'nothing'}); "
             "check power, cable, termination, bit rate and node-ID"
         )
-
-    def restore_defaults(self, node: Node) -> None:
-        """Bring the node to its factory settings, unless it has them.
-
-        Raises:
-            SetupRefused: It refuses.
-            NodeTimeout: It does not answer.
-        """
-        restore = self.spec.services.restore
-        if self.at_defaults or restore is None:
-            return
-        widest = max(
-            sorted(restore.groups),
-            key=lambda sub: (_width(restore.groups[sub]), -sub),
-        )
-        node.download(
-            restore.object, widest, int.from_bytes(restore.signature.encode("ascii"), "little")
-        )
-        node.reset()
-        self.at_defaults = True
-        node.was_reset = False
 
     def close(self) -> None:
         """Close the bus; what was recorded is kept even when the adapter is gone."""
@@ -167,9 +143,5 @@ def _open(definition: BenchDefinition, options: Mapping[str, Any], bitrate: int)
     except Exception as error:
         raise BenchError(
             f"cannot open the bus (interface {definition.interface}, channel "
-            f"{arguments['channel']}, {bitrate} bit/s): {error or type(error).__name__}"
+            f"{arguments['channel']}): {error or type(error).__name__}"
         ) from error
-
-
-def _width(ranges: list[list[Any]]) -> int:
-    return sum(int(high) - int(low) + 1 for low, high in ranges)

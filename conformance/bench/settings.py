@@ -139,10 +139,22 @@ class Settings:
                 self._write_tpdo(tpdo, number, keys, values)
 
     def _write_one(self, key: Key, data: bytes) -> None:
+        self._meet_conditions(self._spec.entries[key])
         emcy = self._spec.services.emcy_producer
         if emcy is not None and key == (emcy.object, 0):
             self._node.write(*key, _disabled(self._node.upload(*key)))
         self._node.write(*key, data)
+
+    def _meet_conditions(self, entry: Entry) -> None:
+        """Give other settings what they must hold meanwhile; their own values come after that."""
+        for condition in entry.writable_while:
+            other = self._spec.entries.get(condition.key)
+            if other is None or other.optional or not other.type.is_integer:
+                continue
+            present = self._node.number(*condition.key)
+            if not condition.holds(present):
+                wanted = present & ~condition.mask | condition.value
+                self._node.write(*condition.key, other.type.encode(wanted))
 
     def _write_tpdo(
         self, tpdo: Tpdo, number: int, keys: list[Key], values: Mapping[Key, bytes]

@@ -6,14 +6,14 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from conformance.bench.keeping import signature
+from conformance.bench.keeping import covers, signature
 from conformance.bench.node import Node
 from conformance.bench.sdo import Transfer
 from conformance.bench.second_values import second_values
 from conformance.bench.settings import Settings, Values
-from conformance.errors import SetupRefused
+from conformance.errors import ConformanceError, NodeTimeout, SetupRefused
 from conformance.spec.document import Store
-from conformance.spec.model import Key
+from conformance.spec.model import Entry, Key
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +128,8 @@ def observe_restored(node: Node, service: Store, sub: int, *, power: bool) -> Re
             return Restored(answer, chosen, before, before)
         _restart(node, power=power)
         after, saved, lasting = settings.read(), None, None
-        if after == chosen:
+        lasting_ones = [key for key in chosen if _is_restored(node, service, sub, key)]
+        if all(after[key] == chosen[key] for key in lasting_ones):
             node.write(service.object, sub, word)
             settings.save()
             _restart(node, power=power)
@@ -140,7 +141,13 @@ def observe_restored(node: Node, service: Store, sub: int, *, power: bool) -> Re
         return Restored(answer, chosen, before, after, saved, lasting)
 
 
-def observe_defaults(node: Node, service: Store, sub: int) -> dict[Key, Transfer]:
+def _is_restored(node: Node, service: Store, sub: int, key: Key) -> bool:
+    """Tell whether a setting outlasts a restart, unless a restore brings back its default."""
+    entry = node.spec.entries[key]
+    return covers(service, sub, key[0]) and all(it.persistent for it in entry.readings)
+
+
+def observe_defaults(node: Node, service: Store, sub: int) -> dict[Key, bytes | ConformanceError]:
     """Restore a group and see what every entry holds; what was stored before is put back."""
     settings = Settings(node)
     word = signature(service)
@@ -151,12 +158,19 @@ def observe_defaults(node: Node, service: Store, sub: int) -> dict[Key, Transfer
         if settings.found and settings.read() == settings.found:
             _save_between(node, settings, service, sub)
         return {
-            entry.key: node.sdo.upload(*entry.key)
+            entry.key: _held(node, entry)
             for entry in node.spec.entries.values()
             if entry.readable and entry.kind == "config"
         }
     finally:
         settings.put_back()
+
+
+def _held(node: Node, entry: Entry) -> bytes | ConformanceError:
+    try:
+        return node.upload(*entry.key)
+    except (SetupRefused, NodeTimeout) as error:
+        return error
 
 
 def _save_between(node: Node, settings: Settings, service: Store, sub: int) -> None:

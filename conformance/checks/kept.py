@@ -13,12 +13,14 @@ from conformance.bench.trials import (
     Kept,
     Refused,
     Restored,
+    observe_defaults,
     observe_kept,
     observe_restored,
     observe_wrong_signatures,
 )
+from conformance.checks.steps import of_documented_length, own_value
 from conformance.effects import Effect
-from conformance.errors import SetupRefused
+from conformance.errors import ConformanceError, SetupRefused
 from conformance.requirements import Case, Cases
 from conformance.spec.document import Services, Store
 from conformance.spec.model import DeviceSpec, Entry, Key, address
@@ -160,6 +162,24 @@ def restored(bench: Bench, node: Node, verdict: Verdict, sub: int, *, power: boo
     seen = bench.observations.once(f"restore {sub}, power {power}", Restored, observe)
     verdict.shown_in(seen.first, seen.last)
     return seen.outcome
+
+
+def default_of(bench: Bench, node: Node, verdict: Verdict, entry: Entry) -> bytes:
+    """Return what a setting holds once the factory settings are restored.
+
+    Raises:
+        SetupRefused: The node does not hold it as documented; another requirement judges that.
+    """
+    service = node.spec.services.restore
+    if service is None:
+        return own_value(node, entry)
+    observe = partial(observe_defaults, node, service, widest_restore(node.spec))
+    seen = bench.observations.once("defaults", dict, observe)
+    verdict.shown_in(seen.first, seen.last)
+    data = seen.outcome[entry.key]
+    if isinstance(data, ConformanceError):
+        raise data
+    return of_documented_length(entry, data)
 
 
 # Judgements

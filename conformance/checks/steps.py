@@ -45,7 +45,15 @@ def own_value(node: Node, entry: Entry) -> bytes:
     Raises:
         SetupRefused: The node does not hold it so; another requirement judges that.
     """
-    data = node.upload(entry.index, entry.sub)
+    return of_documented_length(entry, node.upload(entry.index, entry.sub))
+
+
+def of_documented_length(entry: Entry, data: bytes) -> bytes:
+    """Return what an entry holds, if its length is the documented one.
+
+    Raises:
+        SetupRefused: It is not; another requirement judges that.
+    """
     sizes = {reading.type.size for reading in entry.readings}
     if None not in sizes and len(data) not in sizes:
         raise SetupRefused(f"{entry.address} holds {len(data)} octets, see OD-03")

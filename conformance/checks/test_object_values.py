@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
-from conformance.checks import cases
+from conformance.checks import cases, kept
 from conformance.checks.cases import entries
 from conformance.checks.steps import agree, each_limit, own_value, require_writable
 from conformance.errors import SetupRefused
@@ -33,14 +33,13 @@ def test_fixed_entry_holds_its_documented_value(node: Node, entry: Entry, verdic
     "OD-10",
     level="manual",
     cases=entries(cases.configured, "default"),
-    effects=("reads", "restores", "resets"),
+    effects=kept.RESTORES,
 )
 def test_setting_has_its_default_after_restore(
     node: Node, bench: Bench, entry: Entry, verdict: Verdict
 ) -> None:
     """After the factory settings are restored, a setting holds its documented default."""
-    bench.restore_defaults(node)
-    data = own_value(node, entry)
+    data = kept.default_of(bench, node, verdict, entry)
 
     _judge_value(entry, data, verdict)
 

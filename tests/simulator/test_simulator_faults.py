@@ -21,6 +21,7 @@ Times = Callable[[SimulatorBus, float, str], list[int]]
 EFFECTS: dict[str, dict[str, str]] = read_yaml(Path(__file__).parent / "fault_effects.yaml").data
 IN_VALUES = read_yaml(Path(__file__).parent / "function_fault_effects.yaml").data.keys()
 OTHERS = {
+    "bit-rate-alias-stale",
     "byte-order-ignored",
     "dies-after-20-frames",
     "emcy-second-error-untold",
@@ -30,7 +31,11 @@ OTHERS = {
     "heartbeat-slow-10-percent",
     "history-of-four",
     "history-oldest-first",
+    "node-id-alias-stale",
+    "own-cob-ids-stay",
+    "pair-needs-one",
     "reset-command-ignored",
+    "sdo-cob-id-stays",
     "silent",
     "tpdo-sync-off-by-one",
     "tpdo-timer-slow-10-percent",
