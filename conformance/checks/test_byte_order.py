@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from conformance.bench.node import Node
 from conformance.bench.slope import Seen, watch
 from conformance.bench.stimulus import Stimulus
-from conformance.bench.tpdo import ASYNCHRONOUS, TpdoPort
+from conformance.bench.tpdo import TpdoPort
 from conformance.checks import cases
 from conformance.checks.slopes import distance, margin_of
-from conformance.checks.tpdos import EVENT_MS, port_of, tpdos
+from conformance.checks.tpdos import Pace, listen, paced, port_of, tpdos
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, requirement
 from conformance.spec.model import DeviceSpec, Entry
@@ -60,15 +60,15 @@ def test_byte_order_turns_the_octets_round(
 ) -> None:
     """A TPDO has the low octet of each object first, or the high one, as its byte order is set."""
     stimulus.tilt(TILT_DEG, -TILT_DEG)
-    port = port_of(node, tpdo.number)
+    port, pace = port_of(node, tpdo.number), paced(node, tpdo.number)
     node.download(tpdo.order.object, 0, tpdo.little_endian)
-    port.configure(ASYNCHRONOUS, event_ms=EVENT_MS)
+    port.configure(pace.transmission_type, event_ms=pace.event_ms)
     held = _held(node, port)
     port.start()
 
-    low_first = _data(port)
+    low_first = _data(node, port, pace)
     node.download(tpdo.order.object, 0, tpdo.order.big_endian)
-    high_first = _data(port)
+    high_first = _data(node, port, pace)
 
     _judge(verdict, "low octets first", low_first, held, {"as mapped": None})
     turned = {"reversed": None, **_whole(node.spec)}
@@ -89,12 +89,12 @@ def _held(node: Node, port: TpdoPort) -> list[tuple[Entry, Seen]]:
     return held
 
 
-def _data(port: TpdoPort) -> bytes:
+def _data(node: Node, port: TpdoPort, pace: Pace) -> bytes:
     """Return a TPDO's octets; the first one may have been on its way when the order was set."""
-    seen = port.collect(2, 20 * EVENT_MS / 1000)
+    seen = listen(node, port, pace)
     if len(seen) < 2:
         raise SetupRefused("the TPDO does not come, see TPDO-01")
-    return seen[1].frame.data
+    return seen[-1].frame.data
 
 
 Forms = dict[str, tuple[str, int] | None]
