@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 import pytest
@@ -12,6 +13,8 @@ if TYPE_CHECKING:
     from tests.simulator.conftest import Wired
 
 Build: TypeAlias = "Callable[..., Wired]"
+
+SPECS = Path(__file__).parents[2] / "device_specs"
 
 
 def content(device: Wired) -> str:
@@ -180,3 +183,16 @@ def test_parameters_may_act_after_save_and_reset(dst: Build) -> None:
     device.save_and_reset()
     assert device.nmt(0x01, 0.2) == []
     assert [frame[:4] for frame in device.run(0.1, "080#")] == ["1FF#"]
+
+
+def test_the_least_cycle_holds_where_the_range_of_the_event_time_does_not_say_it(
+    wire: Build, tmp_path: Path
+) -> None:
+    text = (SPECS / "baumer_gim140r.yaml").read_text(encoding="utf-8")
+    wider = text.replace("ranges: [[0, 0], [20, 65535]]", "ranges: [[0, 65535]]")
+    assert wider != text
+    copy = tmp_path / "copy.yaml"
+    copy.write_text(wider, encoding="utf-8")
+    device = wire(str(copy))
+    assert device.write("0x1800:5", 19).startswith("abort")
+    assert device.write("0x1800:5", 20) == "ok"
