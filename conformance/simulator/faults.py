@@ -322,7 +322,9 @@ class Faults(BaseModel):
     lss_node_id_at_once: bool = Field(
         default=False, description="A node-ID acts when configured, not at a reset."
     )
-    lss_activates_nothing: bool = False
+    lss_activates: Literal["as-configured", "nothing", "another"] = Field(
+        default="as-configured", description="The bit rate that an activation leads to."
+    )
     lss_stores_unasked: bool = Field(
         default=False, description="A node-ID is stored when configured."
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final, Protocol
 
-from conformance.simulator.identity import rate_values
+from conformance.simulator.identity import SLOWEST, rate_values
 from conformance.simulator.node import Node
 from conformance.simulator.sdo_server import ANSWER_NS
 from conformance.spec.document import Lss as LssSpec
@@ -174,7 +174,9 @@ class LssSlave:
 
     def _activate(self, message: lss.ActivateBitTiming) -> None:
         rate = self._bitrate
-        idle = self._faults.lss_activates_nothing or self._service.acts == "stored"
+        activates = self._faults.lss_activates
+        idle = activates == "nothing" or self._service.acts == "stored"
+        rate = SLOWEST if activates == "another" else rate
         if rate is not None and not idle:
             delay_ns = message.switch_delay_ms * _MS
             self._node.agenda.after(delay_ns, lambda: self._target.lss_bitrate(rate))
