@@ -212,7 +212,7 @@ def test_an_emcy_that_is_not_valid_is_not_sent(gim: Build) -> None:
 
 
 def test_a_defective_sensor_sets_its_status_bit(ims: Build) -> None:
-    device = ims()
+    device = ims({"IMS-119": 2})
     assert device.read("0x3000:1") == 0
     for code in (0xFF01, 0xFF02):
         assert device.fail(code) == [f"0B2#{code & 0xFF:02X}FF810000000000"]
@@ -224,10 +224,10 @@ def test_a_defective_sensor_sets_its_status_bit(ims: Build) -> None:
 
 
 @pytest.mark.parametrize(("variant", "status"), [("one-axis", 4), ("two-axis", 5)])
-def test_a_status_byte_may_tell_axes_and_factory_settings(
+def test_a_status_byte_tells_axes_and_factory_settings(
     ims: Build, variant: str, status: int
 ) -> None:
-    device = ims({"IMS-119": 2}, variant=variant)
+    device = ims(variant=variant)
     assert device.read("0x3000:1") == status
     device.set(x1017=100)
     assert device.read("0x3000:1") == status - 4, "a setting deviates"

@@ -54,6 +54,16 @@ def y_error(device: Wired) -> object:
     return device.tilt(0.0, 60.0), device.read(0x4001)
 
 
+def big_endian(device: Wired) -> object:
+    device.set(x6000=10, x5001=0)
+    device.tilt(10.0, -10.0)
+    return device.nmt(0x01, 0.01)[0]
+
+
+def back_inside(device: Wired) -> object:
+    return device.tilt(60.0) + device.tilt(0.0)
+
+
 def stop(device: Wired) -> object:
     device.tilt(60.0, -60.0)
     return device.read(0x6010), device.read(0x6020)
@@ -149,7 +159,7 @@ def resolution(device: Wired) -> object:
 
 def without_scaling(device: Wired) -> object:
     device.tilt(10.0, 10.0)
-    device.set(x6014=20, x6011=0, x6024=20, x6021=0)
+    device.set(x6000=100, x6014=10, x6011=0, x6024=10, x6021=0)
     return device.read(0x6010), device.read(0x6020)
 
 
@@ -197,6 +207,7 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "DST-50": (short_event_time, {1: (REFUSED, [100]), 2: ("ok", [2])}),
     "DST-51": (no_event_time, {1: 0, 2: 1}),
     "DST-52": (tpdo, {1: 4 + 2 * 4, 2: 4 + 2 * 8}),
+    "DST-65": (big_endian, {1: "1FF#03E8FC18", 2: "1FF#FC1803E8"}),
     "DST-79": (restored_setting, {1: 1, 2: 2}),
     "DST-87": (transmission_type, {1: [REFUSED] * 4, 2: ["ok"] * 4}),
     "DST-94": (half_a_pair, {1: (6, 2), 2: (127, 3)}),
@@ -205,11 +216,12 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "DST-106": (automatic_start, {1: "operational", 2: "pre-operational"}),
     "DST-108": (resolution_without_scaling, {1: ("abort 08000022h", 50), 2: ("ok", 50)}),
     "DST-109": (resolution, {1: [0] * 6, 2: [100, 0, 20, 100, 0, 20]}),
-    "DST-112": (without_scaling, {1: (200, 200), 2: (220, 220)}),
+    "DST-112": (without_scaling, {1: (100, 100), 2: (110, 110), 3: (200, 200)}),
     "DST-116": (preset_reads, {1: (9, 9), 2: (0, 0)}),
     "DST-117": (preset, {1: [20, -200, 20, -200], 2: [0, -220, 0, -220]}),
     "DST-122": (event_time, {1: [20], 2: [100]}),
     "DST-133": (inversion, {1: (-180, -180), 2: (-220, -220)}),
+    "DST-137": (back_inside, {1: [X, GONE], 3: [X]}),
     "DST-143": (restored_setting_at_the_second_start, {1: 1, 2: 2}),
 }
 

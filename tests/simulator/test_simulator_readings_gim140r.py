@@ -176,6 +176,10 @@ def error_in_stopped(device: Wired) -> object:
     return frames, device.state()
 
 
+def octets(device: Wired) -> object:
+    return device.fail(0x1000)
+
+
 def gone(device: Wired) -> object:
     device.fail(0x1000)
     return device.recover(0x1000), device.read("0x1003:1")
@@ -187,6 +191,16 @@ def heartbeat(device: Wired) -> object:
 
 def lss_outside_stopped(device: Wired) -> object:
     return device.run(0.01, CONFIGURE, "7E5#5E00000000000000")
+
+
+def lss_node_id(device: Wired) -> object:
+    configure = [CONFIGURE, "7E5#1105000000000000"]
+    device.nmt(0x02)
+    device.run(0.01, *configure)
+    reset = device.reset()
+    device.nmt(0x02)
+    device.run(0.01, *configure, "7E5#1700000000000000")
+    return reset, device.reset()
 
 
 def activation(device: Wired) -> object:
@@ -258,8 +272,9 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
             2: ("ok", ["087#0010010000000000"]),
         },
     ),
+    "GIM-86": (octets, {1: ["081#0010010000000000"], 2: ["081#001001A5A5A5A5A5"]}),
     "GIM-90": (error_in_stopped, {1: ([], "stopped"), 2: ([], "pre-operational")}),
-    "GIM-94": (gone, {1: (["081#0000000000000000"], 0x1000), 2: ([], 0x1000)}),
+    "GIM-94": (gone, {1: (["081#0000000000000000"], 0x1000), 2: ([], 0)}),
     "GIM-95": (
         error_in_stopped,
         {1: ([], "stopped"), 2: (["081#0010010000000000"], "stopped")},
@@ -286,6 +301,7 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
         },
     ),
     "GIM-136": (second_start, {1: [0, 0], 2: [0, 50]}),
+    "GIM-140": (lss_node_id, {1: (["705#00"], ["705#00"]), 2: (["701#00"], ["705#00"])}),
     "GIM-146": (segmented, {1: "80 17 10 00 00 00 01 06", 2: "60 17 10 00 00 00 00 00"}),
 }
 
