@@ -93,7 +93,8 @@ def _candidates(entry: Entry, spec: DeviceSpec, present: int) -> Iterator[int]:
         yield from _cob_ids(entry, spec, present)
         return
     for number in (*_flipped(entry, spec, present), *_HANDY, *_edges(entry)):
-        if entry.type.minimum <= number <= entry.type.maximum and _always_legal(entry, number):
+        fits = entry.type.minimum <= number <= entry.type.maximum
+        if fits and number not in entry.leaves_canopen and _always_legal(entry, number):
             yield number
 
 

@@ -240,6 +240,11 @@ class SimulatedDevice:
 
     def _boot(self, scope: range, kept: Mapping[Key, Value], *, power_on: bool) -> None:
         firmware = self._run({**self.memory.start_values(scope), **kept})
+        dictionary = firmware.node.dictionary
+        for key, entry in dictionary.entries.items():
+            if entry.leaves_canopen and dictionary.number(*key) in entry.leaves_canopen:
+                self._halt()
+                return
         firmware.boot(power_on=power_on)
 
     def _run(self, values: Mapping[Key, Value]) -> Firmware:

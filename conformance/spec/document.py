@@ -177,6 +177,9 @@ class EntryDoc(StrictModel):
     effective: Literal["at-once", "after-store", "after-store-and-reset"] = Field(
         default="at-once", description="When the device acts on a new value."
     )
+    leaves_canopen: list[int] = Field(
+        default=[], description="Values that take the node off CANopen once they act."
+    )
     after_node_id_change: Literal["kept", "difference-kept", "default"] = Field(
         default="kept", description="What a new node-ID makes of a stored value of its own."
     )

@@ -4,7 +4,11 @@ from collections.abc import Callable
 
 import pytest
 
+from conformance.resources import data
+from conformance.simulator.device import SimulatedDevice
 from conformance.simulator.interface import SimulatorBus
+from conformance.spec.load import load_spec
+from conformance.wire.frame import Frame
 
 Ask = Callable[..., str]
 Tell = Callable[..., None]
@@ -43,6 +47,14 @@ def test_what_was_not_stored_is_gone_after_a_restart(
     change(bus, ask)
     restart(bus, tell, hear, how)
     assert values(bus, ask) == (0, 1)
+
+
+def test_a_stored_value_may_take_the_node_off_canopen() -> None:
+    device = SimulatedDevice(load_spec(data("device_specs") / "siko_ims360.yaml"))
+    device.memory.values[0x3100, 1] = 1
+    device.power_on(0)
+
+    assert device.step(2_000_000_000, [Frame(0x632, bytes.fromhex("4000100000000000"))]) == []
 
 
 @pytest.mark.parametrize("how", ["power cycle", "NMT reset node"])
