@@ -185,30 +185,33 @@ def allowed(
 ) -> dict[tuple[Place, ...], OtherServices | None]:
     """Return where the node may be found after each step, and by which reading."""
     found: dict[tuple[Place, ...], OtherServices | None] = {}
+    persistent = all(reading.persistent for reading in spec.entries[change.keys[0]].readings)
     for services, other in spec.services_readings:
-        for places in _places(services, change, made, home):
+        by_itself = persistent and services.store is None
+        for places in _places(services, change, made, home, by_itself=by_itself):
             found.setdefault(places, other)
     return found
 
 
 def _places(
-    services: Services, change: Change, made: tuple[Step, ...], home: Place
+    services: Services, change: Change, made: tuple[Step, ...], home: Place, *, by_itself: bool
 ) -> Iterator[tuple[Place, ...]]:
+    """Return where the node is after each step; ``by_itself``: it keeps a setting without a store."""
     service: Changeable | None = getattr(services, change.setting)
     if service is None:
         return
-    to = change.place(home)
-    if service.effective == "at-once":
-        yield (to,) * len(made)
-        if "store" not in made:  # whether it outlives a restart then is not said
-            yield to, *(home,) * (len(made) - 1)
-        return
-    store = services.store
-    kept = not service.effective.startswith("after-store") or (
+    to, store = change.place(home), services.store
+    stored = (
         "store" in made
         and store is not None
         and any(covers(store, sub, service.object) for sub in store.groups)
     )
+    if service.effective == "at-once":
+        yield (to,) * len(made)
+        if not (stored or by_itself):  # whether it outlives a restart then is not said
+            yield to, *(home,) * (len(made) - 1)
+        return
+    kept = stored or not service.effective.startswith("after-store")
     due: Callable[[Step], bool] = lambda step: (  # noqa: E731 - one line of a rule
         step == "power cycle" or (step == "reset" and not service.effective.endswith("power-cycle"))
     )

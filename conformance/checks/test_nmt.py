@@ -186,6 +186,7 @@ def _changeable(entry: Entry, spec: DeviceSpec, area: range) -> bool:
         and entry.limits_by is None
         and cases.same_type(entry)
         and spec.partner(entry.key) is None
+        and not (entry.persistent and spec.services.store is None)
         and not cases.reach(entry, spec)
         and not cases.is_pdo_object(entry, spec)
         and len(cases.legal_values(cases.limits(entry)[0])) > 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import Final
 
@@ -31,8 +31,11 @@ class ParameterStore:
         if services.restore is not None:
             for sub in services.restore.groups:
                 self._offer(services.restore, sub, self._restore)
-        if node.faults.stores_at_once and services.store is not None:
-            self._store_at_once(services.store)
+        if services.store is None:
+            self._store_at_once(self._persistent())
+        elif node.faults.stores_at_once:
+            groups = services.store.groups
+            self._store_at_once(key for sub in groups for key in self._group(services.store, sub))
 
     def _offer(self, service: Store, sub: int, act: Callable[[Store, int], None]) -> None:
         key = service.object, sub
@@ -41,11 +44,17 @@ class ParameterStore:
         self._node.dictionary.guards[key].append(partial(self._check_signature, service))
         self._node.dictionary.actions[key] = lambda _value: act(service, sub)
 
-    def _store_at_once(self, service: Store) -> None:
+    def _persistent(self) -> Iterator[Key]:
+        """Return the settings that are kept without supply."""
+        for key, entry in self._node.dictionary.entries.items():
+            if entry.kind == "config" and entry.persistent:
+                yield key
+
+    def _store_at_once(self, keys: Iterable[Key]) -> None:
         def keep(key: Key, value: Value) -> None:
             self._memory.keep({key: value})
 
-        for key in {key for sub in service.groups for key in self._group(service, sub)}:
+        for key in set(keys):
             self._node.dictionary.observers[key].append(partial(keep, key))
 
     def _check_signature(self, service: Store, value: Value) -> None:
@@ -84,7 +93,7 @@ class ParameterStore:
             return
         if service.effective == "at-once":
             self._set_defaults(keys)
-        if service.lasting:
+        if service.lasting or self._services.store is None:
             self._settle(service, partial(self._memory.keep, dict.fromkeys(keys)))
         elif service.effective == "after-reset":
             self._settle(service, partial(self._memory.defaults_once.update, keys))
