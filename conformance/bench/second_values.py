@@ -66,6 +66,7 @@ def _is_free(entry: Entry, spec: DeviceSpec) -> bool:
         and entry.type.is_integer
         and entry.key not in _presets_with_fixed_offset(spec)
         and all(is_setting(reading, spec) and reading.writable for reading in entry.readings)
+        and all(reading.reads == "written" for reading in entry.readings)
         and len({reading.type for reading in entry.readings}) == 1
     )
 

@@ -156,6 +156,8 @@ def _rates(spec: DeviceSpec) -> dict[int, int]:
     result = {}
     for entry in _holders(spec, "bitrate")[:1]:
         for value, text in (entry.values or {}).items():
+            if not all(is_legal(value, it.legal) for it in _holders(spec, "bitrate")):
+                continue
             match = _RATE.search(text)
             rate = round(float(match[1]) * _FACTORS[match[2].lower()]) if match else value
             result[value] = rate

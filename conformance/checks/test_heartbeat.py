@@ -108,7 +108,11 @@ def test_heartbeat_starts_at_once(
 
 
 @requirement(
-    "HB-03", level="manual", cases=("index", _object), source=PRODUCER, effects=("reads", "writes")
+    "HB-03",
+    level="shall",
+    cases=("index", _object),
+    source=f"{CIA301}, 7.5.2.20",
+    effects=("reads", "writes"),
 )
 def test_heartbeat_is_switched_off(
     node: Node, heartbeat: HeartbeatPort, index: int, verdict: Verdict

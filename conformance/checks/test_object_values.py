@@ -106,7 +106,8 @@ def test_both_ends_of_each_range_are_accepted(node: Node, entry: Entry, verdict:
 
 def _read_back(entry: Entry, spec: DeviceSpec) -> bool:
     moves = cases.moves_the_node(entry, spec)
-    return cases.limited(entry, spec) and entry.readable and not moves
+    at_once = entry.reads == "written"
+    return cases.limited(entry, spec) and entry.readable and at_once and not moves
 
 
 @requirement(

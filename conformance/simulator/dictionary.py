@@ -127,6 +127,8 @@ class ObjectDictionary:
             raise self._absent(key)
         if entry.access == "wo" and not self._faults.reads_write_only:
             raise SdoAbortError(AbortCode.READ_OF_WRITE_ONLY)
+        if entry.reads == "in-force" and key in self._in_force:
+            return entry.type.encode(self._in_force[key])
         return self.data(key)
 
     def accept(self, key: Key, size: int | None) -> None:

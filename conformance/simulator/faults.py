@@ -233,7 +233,8 @@ class Faults(BaseModel):
         ]
     ] = Field(default=[], description="What a slope confirms, but does not act on.")
     resolution_reversed: bool = Field(
-        default=False, description="A finer resolution makes coarser steps, and the other way round."
+        default=False,
+        description="A finer resolution makes coarser steps, and the other way round.",
     )
     twins_apart: bool = Field(
         default=False, description="Objects documented to show one value keep one each."

@@ -177,6 +177,9 @@ class EntryDoc(StrictModel):
     effective: Literal["at-once", "after-store", "after-store-and-reset"] = Field(
         default="at-once", description="When the device acts on a new value."
     )
+    reads: Literal["written", "in-force"] = Field(
+        default="written", description="What an upload returns until a new value takes effect."
+    )
     leaves_canopen: list[int] = Field(
         default=[], description="Values that take the node off CANopen once they act."
     )

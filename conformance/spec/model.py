@@ -78,6 +78,7 @@ class Entry:
         writable_while: What other entries must hold before a new value is accepted.
         otherwise: What becomes of a new value while that does not hold.
         effective: When the device acts on a new value.
+        reads: What an upload returns until a new value takes effect.
         leaves_canopen: Values that take the node off CANopen once they act.
         after_node_id_change: What a new node-ID makes of a stored value.
         affects: Indices that a download to this command changes.
@@ -111,6 +112,7 @@ class Entry:
     writable_while: tuple[Condition, ...] = ()
     otherwise: Literal["refused", "ignored"] = "refused"
     effective: Literal["at-once", "after-store", "after-store-and-reset"] = "at-once"
+    reads: Literal["written", "in-force"] = "written"
     leaves_canopen: tuple[int, ...] = ()
     after_node_id_change: Literal["kept", "difference-kept", "default"] = "kept"
     affects: tuple[int, ...] = ()

@@ -96,6 +96,7 @@ class EntryResolver:
             ),
             otherwise=doc.otherwise,
             effective=doc.effective,
+            reads=doc.reads,
             leaves_canopen=tuple(doc.leaves_canopen),
             after_node_id_change=doc.after_node_id_change,
             affects=tuple(doc.affects),
