@@ -8,6 +8,7 @@ from conformance.verdict import Verdict
 JUDGED_SERVICES = frozenset(
     {
         "nmt",
+        "sdo_server",
         "emcy_producer",
         "heartbeat_producer",
         "sync_consumer",
