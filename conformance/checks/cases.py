@@ -49,7 +49,7 @@ def reach(entry: Entry, spec: DeviceSpec) -> tuple[Effect, ...]:
     for service, effect in _MOVING.items():
         moved: Changeable | None = getattr(spec.services, service)
         if moved is not None and entry.key in spec.companions((moved.object, 0)):
-            return (effect,)
+            return (effect, "resets", "non-volatile")
     return ("non-volatile",) if entry.affects else ()
 
 

@@ -151,6 +151,15 @@ def other_bit_timing(spec: DeviceSpec, bitrate: int) -> tuple[int, int] | None:
     return next(((n, rate) for n, rate in certain.items() if rate != bitrate), None)
 
 
+def with_other_rate(cases: Cases) -> Cases:
+    """Return cases of a rule on a new bit rate: none where no other one is documented."""
+
+    def generate(spec: DeviceSpec) -> Iterable[Case]:
+        return () if other_bit_timing(spec, spec.bitrate) is None else cases(spec)
+
+    return generate
+
+
 def _rates(spec: DeviceSpec) -> dict[int, int]:
     """Return the documented bit rates in bit/s by the values of their object."""
     result = {}

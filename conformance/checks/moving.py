@@ -18,7 +18,8 @@ from conformance.bench.moves import (
 )
 from conformance.bench.node import Node
 from conformance.bench.rates import bits_per_second
-from conformance.bench.reach import Place
+from conformance.bench.reach import AT_ONCE_S, Place
+from conformance.bench.sdo import Transfer
 from conformance.bench.session import Bench
 from conformance.effects import Effect
 from conformance.requirements import Case, Cases
@@ -280,6 +281,48 @@ def moved(
     seen = bench.observations.once(name, Moved, observe)
     verdict.shown_in(seen.first, seen.last)
     return seen.outcome
+
+
+def tried(bench: Bench, node: Node, entry: Entry, value: int) -> Transfer:
+    """Download a node-ID or bit rate and bring the node back from where it may have gone.
+
+    Returns:
+        What the node made of the download.
+    """
+    to = _place_at_once(node.spec, entry, value, bench.reach.home)
+    if to is None:
+        transfer = node.try_download(*entry.key, entry.type.encode(value))
+        if transfer.answered:
+            node.restore()
+        return transfer
+    bench.reach.begin(node)
+    try:
+        transfer = node.write(*entry.key, entry.type.encode(value))
+        node.link.listen(AT_ONCE_S, lambda _: False)
+        bench.reach.find(node, to, bench.reach.home)
+    finally:
+        bench.reach.bring_home(node)
+    return transfer
+
+
+def holds(spec: DeviceSpec, entry: Entry, service: Changeable) -> bool:
+    """Tell whether an entry is the object of a service, its partner or an alias."""
+    return entry.key in spec.companions((service.object, 0))
+
+
+def _place_at_once(spec: DeviceSpec, entry: Entry, value: int, home: Place) -> Place | None:
+    """Return where a value leads at once by some reading, None where it has to wait."""
+    places = {
+        "node_id": Place(value, home.bitrate),
+        "bitrate": Place(home.node_id, bits_per_second(entry, value)),
+    }
+    for services, _ in spec.services_readings:
+        for setting, place in places.items():
+            service: Changeable | None = getattr(services, setting)
+            at_once = service is not None and service.effective == "at-once"
+            if service is not None and at_once and holds(spec, entry, service):
+                return place
+    return None
 
 
 def judge_places(

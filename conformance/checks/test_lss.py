@@ -37,6 +37,9 @@ def _lss_state(lss: LssPort) -> LssState:
 
 
 def _switches(spec: DeviceSpec) -> Iterable[Case]:
+    """Both directions, where an inquiry shows the state."""
+    if True not in offers(spec, "inquire-serial-number", "configuration"):
+        return
     for source in ever(spec, "switch-state-global", "waiting"):
         for state in ("configuration", "waiting"):
             yield Case(f"04h/{state}", state, source)

@@ -17,6 +17,7 @@ from conformance.checks.lss_cases import (
     services_in,
     show_outcome,
     unknown_bit_timings,
+    with_other_rate,
 )
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, requirement
@@ -79,7 +80,7 @@ def test_reserved_bit_timing_is_refused(
 @requirement(
     "LSS-21",
     level="manual",
-    cases=once("15h", "configure-bit-timing", "activate-bit-timing"),
+    cases=with_other_rate(once("15h", "configure-bit-timing", "activate-bit-timing")),
     source=BIT_TIMING,
     effects=("reads", "bitrate", "resets"),
 )
@@ -123,7 +124,7 @@ def _configure_rate(lss: LssPort, spec: DeviceSpec) -> tuple[Place, Place]:
 @requirement(
     "LSS-22",
     level="manual",
-    cases=once("17h/bitrate", "configure-bit-timing", "store-configuration"),
+    cases=with_other_rate(once("17h/bitrate", "configure-bit-timing", "store-configuration")),
     source=STORE,
     effects=("reads", "bitrate", "resets", "non-volatile", "power"),
 )

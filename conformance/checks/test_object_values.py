@@ -9,6 +9,7 @@ from conformance.bench.node import Node
 from conformance.bench.session import Bench
 from conformance.checks import cases, kept
 from conformance.checks.cases import entries
+from conformance.checks.moving import tried
 from conformance.checks.steps import agree, each_limit, own_value, require_writable
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, requirement
@@ -84,14 +85,20 @@ def _show(entry: Entry, value: Value | None) -> str:
     cases=entries(cases.limited, "ranges"),
     effects=("reads", "writes"),
 )
-def test_both_ends_of_each_range_are_accepted(node: Node, entry: Entry, verdict: Verdict) -> None:
+def test_both_ends_of_each_range_are_accepted(
+    node: Node, bench: Bench, entry: Entry, verdict: Verdict
+) -> None:
     """Both ends of each documented range, and each value of an enumeration, are accepted."""
     require_writable(node, entry)
+    moves = cases.moves_the_node(entry, node.spec)
 
     for when, limit in each_limit(node, entry):
         for value in cases.legal_values(limit):
-            transfer = node.try_download(entry.index, entry.sub, entry.type.encode(value))
-            moves = cases.moves_the_node(entry, node.spec)
+            data = entry.type.encode(value)
+            if moves:
+                transfer = tried(bench, node, entry, value)
+            else:
+                transfer = node.try_download(entry.index, entry.sub, data)
             if moves and not transfer.answered:
                 raise SetupRefused(f"{value} may have taken effect before it was confirmed")
             verdict.holds(
@@ -100,8 +107,6 @@ def test_both_ends_of_each_range_are_accepted(node: Node, entry: Entry, verdict:
                 actual=str(transfer),
                 ok=transfer.confirmed,
             )
-            if moves:
-                node.restore()
 
 
 def _read_back(entry: Entry, spec: DeviceSpec) -> bool:

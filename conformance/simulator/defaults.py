@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import cycle, islice
 
 from conformance.simulator.faults import Faults
@@ -10,6 +11,8 @@ from conformance.spec.model import DeviceSpec, Entry, Key
 from conformance.wire.datatypes import DataType, Value
 
 _TEXT = "1.0"
+_ON_COMMAND = 1
+"""Parameters are stored, or restored, on command (CiA 301 v4.2.0, 7.5.2.13 and 7.5.2.14)."""
 _PREDEFINED_TPDOS = 4
 """TPDOs that have a COB-ID in the predefined connection set (CiA 301 v4.2.0, 7.3.5)."""
 
@@ -35,6 +38,19 @@ def initial_value(entry: Entry, serial_number: int, faults: Faults) -> Value:
 
 def unstated_values(spec: DeviceSpec) -> dict[Key, Value]:
     """Return initial values that no manual prints but that follow from what it says elsewhere."""
+    return _start_word(spec) | dict.fromkeys(_commands(spec), _ON_COMMAND)
+
+
+def _commands(spec: DeviceSpec) -> Iterator[Key]:
+    """Return what stores or restores by a signature and has no documented value."""
+    for service in (spec.services.store, spec.services.restore):
+        for sub in () if service is None else service.groups:
+            entry = spec.entry(service.object, sub) if service is not None else None
+            if entry is not None and entry.readable and entry.default is None:
+                yield entry.key
+
+
+def _start_word(spec: DeviceSpec) -> dict[Key, Value]:
     rule, tpdo = spec.services.nmt.start_by, spec.services.tpdo
     values: dict[Key, Value] = {}
     if rule is not None:

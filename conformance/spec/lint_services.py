@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from conformance.spec.document import Services, Store, Tpdo
+from conformance.spec.document import Changeable, Services, Store, Tpdo
 from conformance.spec.fields import key_of
 from conformance.spec.lint import Mistakes, entry_path, interval_mistakes
 from conformance.spec.model import Entry, Key, address
@@ -24,7 +24,7 @@ def lint_services(entries: Mapping[Key, Entry], services: Services, report: Repo
         services: The services.
         report: Called with path and sentence.
     """
-    for path, text in _object_mistakes(entries, services):
+    for path, text in (*_object_mistakes(entries, services), *_store_mistakes(services)):
         report(("services", *path), text)
     for name, service in (("store", services.store), ("restore", services.restore)):
         if service is not None:
@@ -54,6 +54,15 @@ def _object_mistakes(entries: Mapping[Key, Entry], services: Services) -> Mistak
                 index, sub = key_of(named)
                 got = address(index, sub or None)
                 yield (name, attribute, "object"), f"expected a documented object, got {got}"
+
+
+def _store_mistakes(services: Services) -> Mistakes:
+    for name in ("node_id", "bitrate"):
+        service: Changeable | None = getattr(services, name)
+        waits = service is not None and service.effective.startswith("after-store")
+        if service is not None and waits and services.store is None:
+            text = f"expected a moment without a store, as there is no such service, got {service.effective}"
+            yield (name, "effective"), text
 
 
 def _group_mistakes(entries: Mapping[Key, Entry], service: Store) -> Mistakes:

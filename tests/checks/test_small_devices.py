@@ -97,7 +97,38 @@ SLOW = heartbeat(5000, 65535)
 FREE = "access: rw, default: 254"
 SLOW_TIMER = "access: rw, default: 0, ranges: [[0, 0], [250, 5000]]"
 
+PLACES = """\
+  node_id: {object: 0x2200, effective: at-once, source: '1'}
+  bitrate: {object: 0x2201, effective: at-once, source: '1'}
+"""
+PLACE_OBJECTS = """\
+  0x2200: {name: Node-ID, type: UNSIGNED8, access: rw, kind: config, default: 127, ranges: [[1, 127]],
+           persistent: true, source: "2"}
+  0x2201: {name: Bit rate, type: UNSIGNED16, access: rw, kind: config, default: 20,
+           values: {20: 20 kbit/s, 50: 50 kbit/s}, persistent: true, source: "2"}
+"""
+LSS = """\
+  lss:
+    waiting: [switch-state-global, switch-state-selective]
+    configuration: [switch-state-global, inquire-identity, configure-bit-timing, activate-bit-timing]
+    source: "1"
+"""
+IDENTITY = "".join(
+    f"      {n}: {{name: Number, type: UNSIGNED32, access: ro, kind: identity, default: {n}}}\n"
+    for n in (2, 3, 4)
+)
+
 DEVICES = {
+    "node-ID and bit rate at once, and kept": (
+        HEAD + PLACES + MANDATORY + PLACE_OBJECTS,
+        {"OD-11", "OD-13", "NID-01", "BIT-01"},
+        {"LSS-21"},
+    ),
+    "LSS without another bit rate": (
+        HEAD + LSS + MANDATORY.replace("constant, default: 1", "constant, default: 4") + IDENTITY,
+        {"LSS-01"},
+        {"LSS-21"},
+    ),
     "mandatory objects alone": (HEAD + MANDATORY, {"OD-09", "NMT-02"}, {"NMT-01", "HB-01"}),
     "node guarding": (HEAD + MANDATORY + GUARDING, {"OD-10", "BOOT-01"}, {"BOOT-02"}),
     "a heartbeat in Operational, 50 ms at most": (

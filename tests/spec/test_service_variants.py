@@ -1,4 +1,4 @@
-"""A service that some variants offer, and the others do not."""
+"""A service that some variants offer, and the others do not; one that needs another."""
 
 from __future__ import annotations
 
@@ -72,3 +72,18 @@ def test_the_catalogue_misses_no_statement_on_a_service_that_is_not_there(
 
     assert "services/emcy_producer/codes" in unstated["two"]
     assert not [path for path in unstated["one"] if path.startswith("services/emcy")]
+
+
+def test_a_node_id_waits_for_no_store_that_is_not_there(complains: Callable[..., None]) -> None:
+    store = """\
+  store:
+    object: 0x1010
+    signature: save
+    groups: {1: [[0x1000, 0x9FFF]]}
+    source: "2"
+"""
+    sentence = "expected a moment without a store, as there is no such service"
+    complains(
+        (store, '  node_id: {object: 0x2000, effective: after-store-and-reset, source: "2"}  #1\n'),
+        f"L1: services.node_id.effective: {sentence}, got after-store-and-reset",
+    )
