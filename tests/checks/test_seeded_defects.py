@@ -73,7 +73,7 @@ SPEC_CHANGES = {
         replaced(("0x3022", "mappable: true", "mappable: false")),
         {"TPDO-06/3022h"},
     ),
-    "a missing object": (removed("0x3022"), {"OD-01/3022h"}),
+    "a missing object": (removed("0x20FF"), {"OD-01/20FFh"}),
     "an extra sub-index": (
         replaced(
             ("0x2020", "default: 1", "default: 2"),
@@ -97,6 +97,15 @@ SPEC_CHANGES = {
         {"OD-11/1017h"},
     ),
 }
+
+DRAGGED_ALONG = {
+    "a default": ("RST-",),
+    "an access right, rw to ro": ("BIT-", "LSS-"),
+    "an access right, rw to wo": ("BIT-", "LSS-", "NID-", "STO-", "RST-"),
+    "an enumeration value that is missing": ("LSS-19/13h/0/1", "BIT-"),
+    "no-boot-up": ("DEV-22/2010h:01", "NID-09/2002h"),
+}
+"""What may fail or stay open beside the change itself, because it rests on it: beginnings of ids."""
 
 FAULTS = {
     "heartbeat-slow-10-percent": {"HB-01/1017h/10ms", "HB-01/1017h/100ms"},
@@ -125,19 +134,24 @@ def test_a_device_built_from_a_changed_spec_fails_in_the_change(
 
     finished = judge("--variant", "two-axis", "--simulate-spec", copy)
 
-    assert set(finished.items("fail")) == expected
+    rest = DRAGGED_ALONG.get(what, ())
+    failed = set(finished.items("fail"))
+    assert expected <= failed
+    assert [item for item in failed - expected if not item.startswith(rest)] == []
     assert finished.code == 1
     subject = next(iter(expected)).split("/")[1].partition(":")[0]
-    for item in finished.record["items"]:
-        if item["verdict"] == "inconclusive":
-            assert subject in item["id"], item
+    open_ = [item for item in finished.items("inconclusive") if subject not in item]
+    assert [item for item in open_ if not item.startswith(rest)] == []
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_device_with_a_fault_fails_in_the_fault(fault: str, judge: Callable[..., Any]) -> None:
     finished = judge("--variant", "two-axis", "--fault", fault)
 
-    assert set(finished.items("fail")) == FAULTS[fault]
+    rest = DRAGGED_ALONG.get(fault, ())
+    failed = set(finished.items("fail"))
+    assert FAULTS[fault] <= failed
+    assert [item for item in failed - FAULTS[fault] if not item.startswith(rest)] == []
     assert finished.items("inconclusive") == []
     assert finished.code == 1
 
@@ -147,7 +161,8 @@ def test_a_device_as_documented_conforms(variant: str, judge: Callable[..., Any]
     finished = judge("--variant", variant)
 
     assert finished.code == 0
-    assert finished.record["summary"]["pass"] == finished.record["summary"]["items"]
+    summary = finished.record["summary"]
+    assert summary["pass"] + summary["not_applicable"] == summary["items"]
 
 
 INVENTED = Path(__file__).parents[1] / "simulator" / "invented.yaml"
