@@ -101,7 +101,7 @@ SPEC_CHANGES = {
 DRAGGED_ALONG = {
     "a default": ("RST-",),
     "an access right, rw to ro": ("BIT-", "LSS-"),
-    "an access right, rw to wo": ("BIT-", "LSS-", "NID-", "STO-", "RST-"),
+    "an access right, rw to wo": ("BIT-", "LSS-", "NID-", "STO-", "RST-", "OD-11/2002h"),
     "an enumeration value that is missing": ("LSS-19/13h/0/1", "BIT-"),
     "no-boot-up": ("DEV-22/2010h:01", "NID-09/2002h"),
 }
@@ -152,7 +152,7 @@ def test_a_device_with_a_fault_fails_in_the_fault(fault: str, judge: Callable[..
     failed = set(finished.items("fail"))
     assert FAULTS[fault] <= failed
     assert [item for item in failed - FAULTS[fault] if not item.startswith(rest)] == []
-    assert finished.items("inconclusive") == []
+    assert [item for item in finished.items("inconclusive") if not item.startswith(rest)] == []
     assert finished.code == 1
 
 
