@@ -51,7 +51,9 @@ def test_it_conforms(variant: str, judge: Callable[..., Any]) -> None:
 def test_it_may_follow_a_reading_that_is_open_and_not_one_that_is_not(
     judge: Callable[..., Any],
 ) -> None:
-    finished = judge("--reading", "ROTA-01=2", "--reading", "ROTA-02=2", device=SPEC)
+    readings = ("--reading", "ROTA-01=2", "--reading", "ROTA-02=2")
+
+    finished = judge(*readings, "--select", "HB or OD", device=SPEC)
 
     assert finished.items("fail") == ["OD-13/1017h"]
     (item,) = (it for it in finished.record["items"] if it["id"].endswith("OD-09/6502h"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -58,7 +59,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_the_steps_lead_to_a_device(folder: Path) -> None:
-    begin, look, judge, wrong, catalogue = blocks("console")
+    begin, look, judge, wrong, catalogue, bench = blocks("console")
     spec = folder / "my_sensor.yaml"
     example = spec.read_text(encoding="utf-8")
 
@@ -70,6 +71,8 @@ def test_the_steps_lead_to_a_device(folder: Path) -> None:
     assert "good (2 statements)" in succeed(look, folder)
     assert succeed(judge, folder).count("CONFORMS") == 2
     assert "| S-001 |" in succeed(catalogue, folder)
+    shutil.copy(data("fixtures/benches") / "simulator.yaml", folder / "my_bench.yaml")
+    assert "CONFORMS" in succeed(bench, folder)
 
     done = run(wrong.strip(), folder)
     (shown,) = (text for text in blocks("text") if text.startswith("my_sensor/OD-11"))
