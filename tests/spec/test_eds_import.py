@@ -434,7 +434,9 @@ def mutated(edits: list[tuple[int, str, bytes]]) -> bytes:
 
 
 @given(edits=EDITS)
-@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 def test_a_damaged_eds_is_a_good_spec_or_refused(
     edits: list[tuple[int, str, bytes]], tmp_path: Path
 ) -> None:
