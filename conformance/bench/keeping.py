@@ -8,29 +8,17 @@ from conformance.spec.document import Services, Store
 from conformance.spec.model import DeviceSpec, Key
 
 
-def signature(service: Store) -> int:
-    """Return the value that stores or restores, such as 6576 6173h for ``save``."""
-    return int.from_bytes(service.signature.encode("ascii"), "little")
-
-
-def covers(service: Store, sub: int, index: int) -> bool:
-    """Tell whether a sub-index of store or restore acts on an index."""
-    return any(int(low) <= index <= int(high) for low, high in service.groups[sub])
-
-
 def groups_of(service: Store, indices: set[int]) -> list[int]:
     """Return the fewest sub-indices that together act on all of some indices that any acts on."""
-    left = {
-        index for index in indices if any(covers(service, sub, index) for sub in service.groups)
-    }
+    left = {index for index in indices if any(service.covers(sub, index) for sub in service.groups)}
     chosen: list[int] = []
     while left:
         best = max(
             sorted(service.groups),
-            key=lambda sub: (sum(covers(service, sub, index) for index in left), -sub),
+            key=lambda sub: (sum(service.covers(sub, index) for index in left), -sub),
         )
         chosen.append(best)
-        left -= {index for index in left if covers(service, best, index)}
+        left -= {index for index in left if service.covers(best, index)}
     return chosen
 
 

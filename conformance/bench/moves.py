@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from conformance.bench.node import Node
-from conformance.bench.reach import Place, Reach
+from conformance.bench.reach import Place, Reach, is_any_boot_up
 from conformance.errors import NodeTimeout, SetupRefused
 from conformance.spec.model import Key
-from conformance.wire.frame import Frame
 
 Step: TypeAlias = Literal["write", "store", "reset", "power cycle"]
 
@@ -70,7 +69,7 @@ def observe_move(reach: Reach, node: Node, move: Move) -> Moved:
             places.append(_do(reach, node, move, step))
             if places[-1] is None:
                 break
-        boot_ups = tuple(f.frame.can_id for f in node.link.since(mark, _is_boot_up))
+        boot_ups = tuple(f.frame.can_id for f in node.link.since(mark, is_any_boot_up))
         after = before if places[-1] is None else {key: node.upload(*key) for key in before}
         return Moved(reach.home, tuple(places), before, after, boot_ups)
     finally:
@@ -149,7 +148,3 @@ def observe_aliases(
     finally:
         reach.bring_home(node)
     return seen
-
-
-def _is_boot_up(frame: Frame) -> bool:
-    return 0x700 < frame.can_id <= 0x77F and frame.data == b"\0" and not frame.remote

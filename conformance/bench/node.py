@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from conformance.bench.channel import SdoChannel
-from conformance.bench.keeping import groups_of, signature, writes_memory
+from conformance.bench.keeping import groups_of, writes_memory
 from conformance.bench.link import Link, Stamped
 from conformance.bench.offsets import offset_steps
 from conformance.bench.sdo import SdoPort, Transfer
@@ -138,9 +138,7 @@ class Node:
         """
         stores = [it.store for it, _ in self.spec.services_readings if it.store is not None]
         words = {
-            (store.object, sub): signature(store)
-            for store in stores
-            for sub in groups_of(store, indices)
+            (store.object, sub): store.word for store in stores for sub in groups_of(store, indices)
         }
         for (index, sub), word in words.items():
             self.download(index, sub, word)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from conformance.bench.channel import SdoChannel
 from conformance.bench.link import Link
 from conformance.bench.node import Node
-from conformance.bench.rates import documented_rates
 from conformance.errors import BenchError, NodeTimeout, SetupRefused
+from conformance.spec.bit_rates import documented_rates
 from conformance.spec.model import DeviceSpec, Key
 from conformance.wire import cob_id
 from conformance.wire.frame import Frame
@@ -209,7 +209,7 @@ class Reach:
         for bitrate in dict.fromkeys((*visited, *documented_rates(self._spec))):
             self.go(Place(self.home.node_id, bitrate))
             mark = node.begin_power_cycle()
-            seen = self._link.wait(_is_boot_up, self._timeout_s, mark)
+            seen = self._link.wait(is_any_boot_up, self._timeout_s, mark)
             if seen is not None:
                 self.go(Place(seen.frame.can_id - _ERROR_CONTROL, bitrate))
                 return True
@@ -239,6 +239,7 @@ class Reach:
         return entry is not None and entry.readable and entry.writable
 
 
-def _is_boot_up(frame: Frame) -> bool:
+def is_any_boot_up(frame: Frame) -> bool:
+    """Tell whether a frame is the boot-up message of whichever node-ID."""
     first = _ERROR_CONTROL
     return first < frame.can_id <= first + 127 and frame.data == b"\0" and not frame.remote

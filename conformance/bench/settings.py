@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from conformance.bench.keeping import groups_of, signature
+from conformance.bench.keeping import groups_of
 from conformance.bench.node import Node
 from conformance.errors import SetupRefused
 from conformance.spec.behaviours import Slope
@@ -120,7 +120,7 @@ class Settings:
         restore = self._spec.services.restore
         if restore is not None:
             for sub in groups_of(restore, {index for index, _ in self.found}):
-                self._node.download(restore.object, sub, signature(restore))
+                self._node.download(restore.object, sub, restore.word)
             self._node.reset()
 
     # One pass: TPDOs are disabled while their parameters change
@@ -153,7 +153,7 @@ class Settings:
                 continue
             present = self._node.number(*condition.key)
             if not condition.holds(present):
-                wanted = present & ~condition.mask | condition.value
+                wanted = condition.applied(present)
                 self._node.write(*condition.key, other.type.encode(wanted))
 
     def _write_tpdo(

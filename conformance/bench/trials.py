@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from conformance.bench.keeping import covers, signature
 from conformance.bench.node import Node
 from conformance.bench.sdo import Transfer
 from conformance.bench.second_values import second_values
@@ -120,7 +119,7 @@ def observe_restored(node: Node, service: Store, sub: int, *, power: bool) -> Re
         sub: The group.
         power: The restart is a power cycle; what was restored is also stored and seen again.
     """
-    word = signature(service).to_bytes(4, "little")
+    word = service.word.to_bytes(4, "little")
     with changed_settings(node, save=True, default_will_do=False) as (settings, chosen):
         answer = node.write(service.object, sub, word)
         before = settings.read()
@@ -144,13 +143,13 @@ def observe_restored(node: Node, service: Store, sub: int, *, power: bool) -> Re
 def _is_restored(node: Node, service: Store, sub: int, key: Key) -> bool:
     """Tell whether a setting outlasts a restart, unless a restore brings back its default."""
     entry = node.spec.entries[key]
-    return covers(service, sub, key[0]) and all(it.persistent for it in entry.readings)
+    return service.covers(sub, key[0]) and all(it.persistent for it in entry.readings)
 
 
 def observe_defaults(node: Node, service: Store, sub: int) -> dict[Key, bytes | ConformanceError]:
     """Restore a group and see what every entry holds; what was stored before is put back."""
     settings = Settings(node)
-    word = signature(service)
+    word = service.word
     try:
         settings.begin()
         node.download(service.object, sub, word)
@@ -178,7 +177,7 @@ def _save_between(node: Node, settings: Settings, service: Store, sub: int) -> N
     restores = [services.restore for services, _ in node.spec.services_readings]
     if any(it is not None and it.effective != "after-reset" for it in restores):
         try:
-            node.download(service.object, sub, signature(service))
+            node.download(service.object, sub, service.word)
             settings.save()
         except SetupRefused:
             return

@@ -1,13 +1,12 @@
-"""Store and restore as the checks see them: which entries they judge, and what was observed."""
+"""What store and restore did to settings, and what is judged by it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 
-from conformance.bench.keeping import covers, groups_of
 from conformance.bench.node import Node
-from conformance.bench.second_values import can_be_set
+from conformance.bench.sdo import Transfer
 from conformance.bench.session import Bench
 from conformance.bench.trials import (
     Kept,
@@ -18,114 +17,23 @@ from conformance.bench.trials import (
     observe_restored,
     observe_wrong_signatures,
 )
+from conformance.checks import storable
 from conformance.checks.steps import of_documented_length, own_value
-from conformance.effects import Effect
 from conformance.errors import ConformanceError, SetupRefused
-from conformance.requirements import Case, Cases
-from conformance.spec.document import Services, Store
+from conformance.spec.document import Store
 from conformance.spec.model import DeviceSpec, Entry, Key, address
 from conformance.verdict import Verdict
+from conformance.wire.abort import AbortCode, describe
 from conformance.wire.errors import WireError
 
-STORES: tuple[Effect, ...] = ("reads", "writes", "resets", "non-volatile")
-RESTORES: tuple[Effect, ...] = (*STORES, "restores")
-
-
-# Cases
-
-
-def stored_settings(spec: DeviceSpec) -> Iterable[Case]:
-    """Return every setting that a store keeps by every reading."""
-    for entry in spec.entries.values():
-        documented = all(reading.persistent for reading in entry.readings)
-        if documented and can_be_set(entry, spec) and _always_in(spec, "store", None, entry):
-            yield Case(entry.address, entry, entry.source_of("persistent"))
-
-
-def restored_settings(spec: DeviceSpec) -> Iterable[Case]:
-    """Return every setting with a documented default that the widest restore brings back."""
-    if spec.services.restore is not None:
-        for entry in _settings_in(spec, widest_restore(spec)):
-            yield Case(entry.address, entry, entry.source_of("default"))
-
-
-def store_groups(spec: DeviceSpec) -> Iterable[Case]:
-    """Return every sub-index by which parameters are stored."""
-    return _groups(spec.services.store)
-
-
-def restore_groups(spec: DeviceSpec) -> Iterable[Case]:
-    """Return every sub-index by which defaults are restored."""
-    return _groups(spec.services.restore)
-
-
-def _groups(service: Store | None) -> Iterator[Case]:
-    if service is not None:
-        for sub in service.groups:
-            yield Case(address(service.object, sub), sub, service.source)
-
-
-def groups_with_rest(spec: DeviceSpec) -> Iterable[Case]:
-    """Return every restore sub-index beside which there are settings that it leaves alone."""
-    return (case for case in restore_groups(spec) if any(_settings_beside(spec, case.subject)))
-
-
-def later_restores(spec: DeviceSpec) -> Iterable[Case]:
-    """Return every restore sub-index that by no reading acts before the node restarts."""
-    every = [it.restore.effective for it, _ in spec.services_readings if it.restore is not None]
-    return () if "at-once" in every else restore_groups(spec)
-
-
-def readable_signatures(name: str) -> Cases:
-    """Return cases for every sub-index of a service that can be read by every reading."""
-
-    def generate(spec: DeviceSpec) -> Iterable[Case]:
-        service: Store | None = getattr(spec.services, name)
-        for sub in service.groups if service is not None else ():
-            entry = spec.entry(service.object, sub) if service is not None else None
-            if entry is not None and all(reading.readable for reading in entry.readings):
-                yield Case(entry.address, entry, entry.source)
-
-    return generate
-
-
-def widest_restore(spec: DeviceSpec) -> int:
-    """Return the sub-index of restore that acts on the most objects.
-
-    Raises:
-        SetupRefused: There is no restore.
-    """
-    if spec.services.restore is None:
-        raise SetupRefused("the manual documents no restore")
-    return groups_of(spec.services.restore, {index for index, _ in spec.entries})[0]
-
-
-def _settings_in(spec: DeviceSpec, sub: int) -> Iterator[Entry]:
-    """Return the settings with a default that a restore sub-index brings back by every reading."""
-    for entry in spec.entries.values():
-        documented = all(reading.default is not None for reading in entry.readings)
-        if documented and can_be_set(entry, spec) and _always_in(spec, "restore", sub, entry):
-            yield entry
-
-
-def _settings_beside(spec: DeviceSpec, sub: int) -> Iterator[Entry]:
-    """Return the stored settings that a restore sub-index leaves alone by every reading."""
-    for case in stored_settings(spec):
-        services = [it.restore for it, _ in spec.services_readings]
-        if not any(it is not None and covers(it, sub, case.subject.index) for it in services):
-            yield case.subject
-
-
-def _always_in(spec: DeviceSpec, name: str, sub: int | None, entry: Entry) -> bool:
-    return all(_is_in(services, name, sub, entry) for services, _ in spec.services_readings)
-
-
-def _is_in(services: Services, name: str, sub: int | None, entry: Entry) -> bool:
-    service: Store | None = getattr(services, name)
-    if service is None:
-        return False
-    subs = service.groups if sub is None else {sub} & set(service.groups)
-    return any(covers(service, each, entry.index) for each in subs)
+NOT_STORED = (
+    AbortCode.DATA_NOT_STORED,
+    AbortCode.LOCAL_CONTROL,
+    AbortCode.DEVICE_STATE,
+    AbortCode.NO_OBJECT_DICTIONARY,
+    AbortCode.NO_DATA_AVAILABLE,
+)
+"""The codes 0800 002xh, which the standard has for a wrong signature."""
 
 
 # Observations, each made once in a run
@@ -173,7 +81,7 @@ def default_of(bench: Bench, node: Node, verdict: Verdict, entry: Entry) -> byte
     service = node.spec.services.restore
     if service is None:
         return own_value(node, entry)
-    observe = partial(observe_defaults, node, service, widest_restore(node.spec))
+    observe = partial(observe_defaults, node, service, storable.widest_restore(node.spec))
     seen = bench.observations.once("defaults", dict, observe)
     verdict.shown_in(seen.first, seen.last)
     data = seen.outcome[entry.key]
@@ -203,6 +111,46 @@ def require_confirmed(outcome: Restored) -> None:
     """
     if not outcome.answer.confirmed:
         raise SetupRefused(f"restore is not confirmed ({outcome.answer}), see RST-05")
+
+
+def judge_refused(verdict: Verdict, outcome: Refused) -> None:
+    """Judge that each wrong signature was refused."""
+    for wrong, answer in outcome.answers.items():
+        verdict.holds(
+            f"answer to {wrong!r}", expected="an abort", actual=str(answer), ok=answer.refused
+        )
+
+
+def judge_abort_codes(verdict: Verdict, outcome: Refused, refusal: str) -> None:
+    """Judge with which codes wrong signatures were refused; ``refusal`` judges that they were.
+
+    Raises:
+        SetupRefused: None was.
+    """
+    codes = {wrong: answer.abort for wrong, answer in outcome.answers.items()}
+    if not any(codes.values()):
+        raise SetupRefused(f"no wrong signature is refused, see {refusal}")
+    for wrong, code in codes.items():
+        if code is not None:
+            verdict.one_of(f"abort of {wrong!r}", code, NOT_STORED, show=describe)
+
+
+def judge_confirmed(verdict: Verdict, answer: Transfer) -> None:
+    """Judge that the documented signature was confirmed."""
+    verdict.holds(
+        "answer to the signature",
+        expected="a confirmation",
+        actual=str(answer),
+        ok=answer.confirmed,
+    )
+
+
+def judge_on_command(verdict: Verdict, node: Node, entry: Entry) -> None:
+    """Judge that an entry says that it acts on command: bit 0 is set."""
+    value = node.number(*entry.key)
+    verdict.holds(
+        f"value of {entry.address}", expected="bit 0 set", actual=f"{value:08X}h", ok=value & 1 == 1
+    )
 
 
 def judge_value(
@@ -244,7 +192,7 @@ def judge_defaults(
     verdict: Verdict, what: str, spec: DeviceSpec, sub: int, values: Mapping[Key, bytes]
 ) -> None:
     """Judge that all settings of a restore sub-index hold their defaults."""
-    known = [entry for entry in _settings_in(spec, sub) if entry.key in values]
+    known = [entry for entry in storable.settings_in(spec, sub) if entry.key in values]
     wrong = [entry for entry in known if values[entry.key] not in _defaults(entry)]
     verdict.holds(
         what,
@@ -252,16 +200,6 @@ def judge_defaults(
         actual=_list(wrong, values) or "all at their defaults",
         ok=not wrong,
     )
-
-
-def beside(spec: DeviceSpec, sub: int) -> list[Entry]:
-    """Return the stored settings that a restore sub-index leaves alone."""
-    return list(_settings_beside(spec, sub))
-
-
-def inside(spec: DeviceSpec, sub: int) -> list[Entry]:
-    """Return the settings that a restore sub-index brings back."""
-    return list(_settings_in(spec, sub))
 
 
 def _defaults(entry: Entry) -> list[bytes]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator
 from typing import Literal, TypeAlias
 
 from conformance.bench.lss import LssAnswer, index_of
 from conformance.bench.reach import Place
 from conformance.requirements import Case, Cases
+from conformance.spec.bit_rates import documented_rates
 from conformance.spec.document import Lss, Services
 from conformance.spec.model import DeviceSpec, Entry, OtherServices, is_legal
 from conformance.spec.services import LssService
@@ -23,9 +23,6 @@ SILENT = "no answer"
 OUT_OF_RANGE = 1
 NUMBERS = ("vendor-id", "product-code", "revision-number", "serial-number")
 """The four numbers of an LSS address, in the order of 1018h."""
-
-_RATE = re.compile(r"(\d+(?:\.\d+)?)\s*([kM]?)bit/s", re.IGNORECASE)
-_FACTORS = {"": 1, "k": 1_000, "m": 1_000_000}
 
 
 def services_in(service: Lss | None, state: LssState) -> frozenset[LssService]:
@@ -132,13 +129,13 @@ def _holders(spec: DeviceSpec, name: Literal["node_id", "bitrate"]) -> list[Entr
 
 def bit_timings(spec: DeviceSpec) -> dict[int, int]:
     """Return the places of the standard's table whose bit rate the manual documents, in bit/s."""
-    documented = set(_rates(spec).values())
+    documented = _rates(spec)
     return {n: rate for n, rate in lss.BIT_RATES.items() if rate in documented}
 
 
 def unknown_bit_timings(spec: DeviceSpec) -> tuple[tuple[int, int], ...]:
     """Return tables and places that the standard reserves and that no bit rate is documented for."""
-    documented = _rates(spec)
+    documented = set(_rates(spec).values())
     places = (index for index in (5, 10, 255) if index not in documented)
     return (*((0, index) for index in places), (1, 0), (127, 0))
 
@@ -161,16 +158,10 @@ def with_other_rate(cases: Cases) -> Cases:
 
 
 def _rates(spec: DeviceSpec) -> dict[int, int]:
-    """Return the documented bit rates in bit/s by the values of their object."""
-    result = {}
-    for entry in _holders(spec, "bitrate")[:1]:
-        for value, text in (entry.values or {}).items():
-            if not all(is_legal(value, it.legal) for it in _holders(spec, "bitrate")):
-                continue
-            match = _RATE.search(text)
-            rate = round(float(match[1]) * _FACTORS[match[2].lower()]) if match else value
-            result[value] = rate
-    return result
+    """Return the bit rates in bit/s that every reading takes, and the values of their object."""
+    entries = _holders(spec, "bitrate")[:1]
+    rates = documented_rates(spec).items()
+    return {rate: value for rate, value in rates if all(it.always_legal(value) for it in entries)}
 
 
 def inquiry(number: int) -> lss.InquireIdentity:

@@ -1,29 +1,19 @@
-"""Node-ID and bit rate as the checks see them: the values to try, and where each reading leads."""
+"""New node-IDs and bit rates: the values to try, and where each reading leads."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import partial
 from typing import Literal, TypeAlias
 
-from conformance.bench.keeping import covers
 from conformance.bench.moves import (
-    Move,
-    Moved,
     Step,
-    observe_aliases,
-    observe_illegal,
-    observe_move,
 )
-from conformance.bench.node import Node
-from conformance.bench.rates import bits_per_second
-from conformance.bench.reach import AT_ONCE_S, Place
-from conformance.bench.sdo import Transfer
-from conformance.bench.session import Bench
+from conformance.bench.reach import Place
 from conformance.effects import Effect
 from conformance.requirements import Case, Cases
 from conformance.spec.behaviours import Paired, SameValue
+from conformance.spec.bit_rates import bits_per_second
 from conformance.spec.document import Changeable, Services
 from conformance.spec.fields import key_of
 from conformance.spec.model import (
@@ -31,12 +21,9 @@ from conformance.spec.model import (
     DeviceSpec,
     Entry,
     Key,
-    OtherBehaviours,
     OtherServices,
-    address,
     is_legal,
 )
-from conformance.verdict import Verdict
 
 Setting: TypeAlias = Literal["node_id", "bitrate"]
 
@@ -78,7 +65,7 @@ def effects(setting: Setting) -> tuple[Effect, ...]:
 def node_ids(spec: DeviceSpec) -> Iterable[Case]:
     """Return the node-ID object with a node-ID that every reading allows."""
     for entry in _object(spec, "node_id"):
-        legal = [it for it in _NODE_IDS if _always_legal(entry, it) and it != spec.node_id]
+        legal = [it for it in _NODE_IDS if entry.always_legal(it) and it != spec.node_id]
         if legal:
             yield _case(spec, "node_id", entry, entry.address, legal[0], legal[0])
 
@@ -151,10 +138,6 @@ def _groups(spec: DeviceSpec, kind: type[Paired]) -> list[list[Key]]:
     return [[key_of(it) for it in rule.objects] for rule in rules]
 
 
-def _always_legal(entry: Entry, value: int) -> bool:
-    return all(is_legal(value, reading.legal) for reading in entry.readings)
-
-
 def useless(change: Change, spec: DeviceSpec) -> list[int]:
     """Return values that stand for no node-ID, or for no bit rate of the manual's."""
     entry = spec.entries[change.keys[0]]
@@ -205,7 +188,7 @@ def _places(
     stored = (
         "store" in made
         and store is not None
-        and any(covers(store, sub, service.object) for sub in store.groups)
+        and any(store.covers(sub, service.object) for sub in store.groups)
     )
     if service.effective == "at-once":
         yield (to,) * len(made)
@@ -221,6 +204,26 @@ def _places(
         here = to if kept and due(step) else here
         places.append(here)
     yield tuple(places)
+
+
+def holds(spec: DeviceSpec, entry: Entry, service: Changeable) -> bool:
+    """Tell whether an entry is the object of a service, its partner or an alias."""
+    return entry.key in spec.companions((service.object, 0))
+
+
+def place_at_once(spec: DeviceSpec, entry: Entry, value: int, home: Place) -> Place | None:
+    """Return where a value leads at once by some reading, None where it has to wait."""
+    places = {
+        "node_id": Place(value, home.bitrate),
+        "bitrate": Place(home.node_id, bits_per_second(entry, value)),
+    }
+    for services, _ in spec.services_readings:
+        for setting, place in places.items():
+            service: Changeable | None = getattr(services, setting)
+            at_once = service is not None and service.effective == "at-once"
+            if service is not None and at_once and holds(spec, entry, service):
+                return place
+    return None
 
 
 # What follows the node-ID
@@ -258,150 +261,3 @@ def followed(entry: Entry, before: int, change: int) -> dict[int, Alternative | 
             if before == default:  # one that was never written may follow
                 found.setdefault(default + change, other)
     return found
-
-
-# Observations and judgements
-
-
-def moved(
-    bench: Bench,
-    node: Node,
-    verdict: Verdict,
-    change: Change,
-    *,
-    save: bool,
-) -> Moved:
-    """Return what came of a new node-ID or bit rate, tried once in a run."""
-    made = steps(node.spec, change.setting, save=save)
-    data = node.spec.entries[change.keys[0]].type.encode(change.value)
-    watched = tuple(entry.key for entry in followers(node.spec))
-    move = Move(change.keys, data, change.place(bench.reach.home), made, watched)
-    observe = partial(observe_move, bench.reach, node, move)
-    name = f"{change.setting} {change.figure}, saved {save}"
-    seen = bench.observations.once(name, Moved, observe)
-    verdict.shown_in(seen.first, seen.last)
-    return seen.outcome
-
-
-def tried(bench: Bench, node: Node, entry: Entry, value: int) -> Transfer:
-    """Download a node-ID or bit rate and bring the node back from where it may have gone.
-
-    Returns:
-        What the node made of the download.
-    """
-    to = _place_at_once(node.spec, entry, value, bench.reach.home)
-    if to is None:
-        transfer = node.try_download(*entry.key, entry.type.encode(value))
-        if transfer.answered:
-            node.restore()
-        return transfer
-    bench.reach.begin(node)
-    try:
-        transfer = node.write(*entry.key, entry.type.encode(value))
-        node.link.listen(AT_ONCE_S, lambda _: False)
-        bench.reach.find(node, to, bench.reach.home)
-    finally:
-        bench.reach.bring_home(node)
-    return transfer
-
-
-def holds(spec: DeviceSpec, entry: Entry, service: Changeable) -> bool:
-    """Tell whether an entry is the object of a service, its partner or an alias."""
-    return entry.key in spec.companions((service.object, 0))
-
-
-def _place_at_once(spec: DeviceSpec, entry: Entry, value: int, home: Place) -> Place | None:
-    """Return where a value leads at once by some reading, None where it has to wait."""
-    places = {
-        "node_id": Place(value, home.bitrate),
-        "bitrate": Place(home.node_id, bits_per_second(entry, value)),
-    }
-    for services, _ in spec.services_readings:
-        for setting, place in places.items():
-            service: Changeable | None = getattr(services, setting)
-            at_once = service is not None and service.effective == "at-once"
-            if service is not None and at_once and holds(spec, entry, service):
-                return place
-    return None
-
-
-def judge_places(
-    verdict: Verdict,
-    what: str,
-    actual: tuple[Place | None, ...],
-    expected: Mapping[tuple[Place, ...], OtherServices | None],
-    count: slice,
-) -> None:
-    """Judge where the node was found after some of the steps, by any reading."""
-    wanted = list(dict.fromkeys(places[count] for places in expected))
-    verdict.holds(
-        what,
-        expected=" or ".join(_list(places) for places in wanted),
-        actual=_list(actual[count]),
-        ok=actual[count] in wanted,
-    )
-    other = next((it for places, it in expected.items() if places == actual), None)
-    if other is not None:
-        verdict.follows(other.ambiguity, other.reading)
-
-
-def judge_follower(verdict: Verdict, entry: Entry, outcome: Moved) -> None:
-    """Judge what an entry with the node-ID in it holds after the node-ID changed."""
-    here = outcome.places[-1] or outcome.home
-    before, after = (entry.type.decode(it[entry.key]) for it in (outcome.before, outcome.after))
-    expected = followed(entry, int(before), here.node_id - outcome.home.node_id)
-    verdict.one_of(
-        f"value of {entry.address} as {here}",
-        int(after),
-        list(expected),
-        show=lambda word: f"{word:08X}h",
-    )
-    other = expected.get(int(after))
-    if other is not None:
-        verdict.follows(other.ambiguity, other.reading)
-
-
-def judge_stays(
-    bench: Bench, node: Node, verdict: Verdict, change: Change, values: list[int]
-) -> None:
-    """Judge that values written to the objects, stored and followed by restarts change nothing."""
-    made = steps(node.spec, change.setting, save=True)[1:]
-    data = [node.spec.entries[change.keys[0]].type.encode(value) for value in values]
-    move = Move(change.keys, data[0], bench.reach.home, made)
-
-    stayed = observe_illegal(bench.reach, node, move, data)
-
-    for value, stays in zip(values, stayed, strict=False):
-        verdict.holds(
-            f"place after {value} was written",
-            expected=str(bench.reach.home),
-            actual=str(bench.reach.home) if stays else "another",
-            ok=stays,
-        )
-
-
-def judge_aliases(bench: Bench, node: Node, verdict: Verdict, name: str, change: Change) -> None:
-    """Judge that all objects show one value, or, where a reading has it so, each its own."""
-    spec = node.spec
-    data = spec.entries[change.keys[0]].type.encode(change.value)
-    seen = observe_aliases(bench.reach, node, change.keys, data)
-
-    permitted: dict[bool, OtherBehaviours | None] = {}
-    for rule, other in spec.behaviour_readings(name):
-        permitted.setdefault(rule is not None, other)
-    same = {
-        pair: int.from_bytes(after, "little") == change.value for pair, (_, after) in seen.items()
-    }
-    words = ", ".join(
-        f"{address(*other)} {'shows' if same[key, other] else 'does not show'} what is written to "
-        f"{address(*key)}"
-        for key, other in seen
-    )
-    ok = len(set(same.values())) == 1 and next(iter(same.values())) in permitted
-    verdict.holds("objects", expected="one value at all of them", actual=words, ok=ok)
-    if ok and (reading := permitted[next(iter(same.values()))]) is not None:
-        verdict.follows(reading.ambiguity, reading.reading)
-
-
-def _list(places: Iterable[Place | None]) -> str:
-    return ", then ".join("nowhere" if place is None else str(place) for place in places)

@@ -84,7 +84,7 @@ def _meet_conditions(node: Node, entry: Entry) -> None:
             continue
         present = node.number(*condition.key)
         if not condition.holds(present):
-            wanted = present & ~condition.mask | condition.value
+            wanted = condition.applied(present)
             node.download(*condition.key, wanted)
     for other in node.spec.entries.values():
         if other.limits_by is not None and other.limits_by.key == entry.key:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
-from conformance.checks import moving
+from conformance.checks import moved, moving
 from conformance.checks.moving import Change
 from conformance.requirements import requirement
 from conformance.verdict import Verdict
@@ -17,13 +17,7 @@ def test_new_bit_rate_takes_effect(
     bench: Bench, node: Node, change: Change, verdict: Verdict
 ) -> None:
     """A new bit rate is in force once all is done that the manual asks for."""
-    outcome = moving.moved(bench, node, verdict, change, save=True)
-
-    steps = moving.steps(node.spec, "bitrate", save=True)
-    expected = moving.allowed(node.spec, change, steps, outcome.home)
-
-    what = f"place after {steps[-1]}"
-    moving.judge_places(verdict, what, outcome.places, expected, slice(-1, None))
+    moved.judge_move(bench, node, verdict, change, save=True, count=slice(-1, None))
 
 
 @requirement("BIT-02", level="manual", cases=("change", moving.bit_rates), effects=EFFECTS)
@@ -31,13 +25,7 @@ def test_new_bit_rate_waits_for_its_moment(
     bench: Bench, node: Node, change: Change, verdict: Verdict
 ) -> None:
     """A new bit rate is not in force before all is done that the manual asks for."""
-    outcome = moving.moved(bench, node, verdict, change, save=True)
-
-    steps = moving.steps(node.spec, "bitrate", save=True)
-    expected = moving.allowed(node.spec, change, steps, outcome.home)
-
-    what = f"place after {', '.join(steps[:-1])}"
-    moving.judge_places(verdict, what, outcome.places, expected, slice(None, -1))
+    moved.judge_move(bench, node, verdict, change, save=True, count=slice(None, -1))
 
 
 @requirement("BIT-03", level="manual", cases=("change", moving.one_bit_rate), effects=EFFECTS)
@@ -45,13 +33,7 @@ def test_bit_rate_not_stored_is_lost(
     bench: Bench, node: Node, change: Change, verdict: Verdict
 ) -> None:
     """A new bit rate that was not stored takes effect only where the manual asks for no store."""
-    outcome = moving.moved(bench, node, verdict, change, save=False)
-
-    steps = moving.steps(node.spec, "bitrate", save=False)
-    expected = moving.allowed(node.spec, change, steps, outcome.home)
-
-    what = f"place after {', '.join(steps)}"
-    moving.judge_places(verdict, what, outcome.places, expected, slice(None))
+    moved.judge_move(bench, node, verdict, change, save=False, count=slice(None))
 
 
 @requirement("BIT-04", level="manual", cases=("change", moving.halves("bitrate")), effects=EFFECTS)
@@ -59,7 +41,7 @@ def test_one_of_a_pair_changes_no_bit_rate(
     bench: Bench, node: Node, change: Change, verdict: Verdict
 ) -> None:
     """A bit rate written to one object of a pair alone does not take effect."""
-    moving.judge_stays(bench, node, verdict, change, [change.value])
+    moved.judge_stays(bench, node, verdict, change, [change.value])
 
 
 @requirement("BIT-05", level="manual", cases=("change", moving.one_bit_rate), effects=EFFECTS)
@@ -67,7 +49,7 @@ def test_no_bit_rate_outside_the_table(
     bench: Bench, node: Node, change: Change, verdict: Verdict
 ) -> None:
     """A value that stands for no documented bit rate leaves the node where it is."""
-    moving.judge_stays(bench, node, verdict, change, moving.useless(change, node.spec))
+    moved.judge_stays(bench, node, verdict, change, moving.useless(change, node.spec))
 
 
 @requirement("BIT-06", level="manual", cases=("alias", moving.aliases("bitrate")), effects=EFFECTS)
@@ -77,4 +59,4 @@ def test_objects_show_the_same_bit_rate(
     """A bit rate written to one of its objects is read from the others."""
     name, change = alias
 
-    moving.judge_aliases(bench, node, verdict, name, change)
+    moved.judge_aliases(bench, node, verdict, name, change)

@@ -11,7 +11,7 @@ from conformance.bench.moves import Move, observe_move
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
 from conformance.bench.settings import Settings
-from conformance.checks import moving
+from conformance.checks import moved, moving
 from conformance.checks.moving import Change
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
@@ -44,13 +44,7 @@ def test_new_node_id_takes_effect(
     bench: Bench, node: Node, change: Change, verdict: Verdict
 ) -> None:
     """A new node-ID is in force once all is done that the manual asks for."""
-    outcome = moving.moved(bench, node, verdict, change, save=True)
-
-    steps = moving.steps(node.spec, "node_id", save=True)
-    expected = moving.allowed(node.spec, change, steps, outcome.home)
-
-    what = f"place after {steps[-1]}"
-    moving.judge_places(verdict, what, outcome.places, expected, slice(-1, None))
+    moved.judge_move(bench, node, verdict, change, save=True, count=slice(-1, None))
 
 
 @requirement("NID-02", level="manual", cases=("change", moving.node_ids), effects=EFFECTS)
@@ -58,13 +52,7 @@ def test_new_node_id_waits_for_its_moment(
     bench: Bench, node: Node, change: Change, verdict: Verdict
 ) -> None:
     """A new node-ID is not in force before all is done that the manual asks for."""
-    outcome = moving.moved(bench, node, verdict, change, save=True)
-
-    steps = moving.steps(node.spec, "node_id", save=True)
-    expected = moving.allowed(node.spec, change, steps, outcome.home)
-
-    what = f"place after {', '.join(steps[:-1])}"
-    moving.judge_places(verdict, what, outcome.places, expected, slice(None, -1))
+    moved.judge_move(bench, node, verdict, change, save=True, count=slice(None, -1))
 
 
 @requirement("NID-03", level="manual", cases=("change", moving.node_ids), effects=EFFECTS)
@@ -72,13 +60,7 @@ def test_node_id_not_stored_is_lost(
     bench: Bench, node: Node, change: Change, verdict: Verdict
 ) -> None:
     """A new node-ID that was not stored takes effect only where the manual asks for no store."""
-    outcome = moving.moved(bench, node, verdict, change, save=False)
-
-    steps = moving.steps(node.spec, "node_id", save=False)
-    expected = moving.allowed(node.spec, change, steps, outcome.home)
-
-    what = f"place after {', '.join(steps)}"
-    moving.judge_places(verdict, what, outcome.places, expected, slice(None))
+    moved.judge_move(bench, node, verdict, change, save=False, count=slice(None))
 
 
 @requirement("NID-04", level="manual", cases=("change", moving.halves("node_id")), effects=EFFECTS)
@@ -86,7 +68,7 @@ def test_one_of_a_pair_changes_no_node_id(
     bench: Bench, node: Node, change: Change, verdict: Verdict
 ) -> None:
     """A node-ID written to one object of a pair alone does not take effect."""
-    moving.judge_stays(bench, node, verdict, change, [change.value])
+    moved.judge_stays(bench, node, verdict, change, [change.value])
 
 
 @requirement("NID-05", level="manual", cases=("change", moving.node_ids), effects=EFFECTS)
@@ -94,7 +76,7 @@ def test_no_node_id_outside_the_range(
     bench: Bench, node: Node, change: Change, verdict: Verdict
 ) -> None:
     """A value outside the documented node-IDs leaves the node where it is."""
-    moving.judge_stays(bench, node, verdict, change, moving.useless(change, node.spec))
+    moved.judge_stays(bench, node, verdict, change, moving.useless(change, node.spec))
 
 
 @requirement("NID-06", level="manual", cases=("alias", moving.aliases("node_id")), effects=EFFECTS)
@@ -104,7 +86,7 @@ def test_objects_show_the_same_node_id(
     """A node-ID written to one of its objects is read from the others."""
     name, change = alias
 
-    moving.judge_aliases(bench, node, verdict, name, change)
+    moved.judge_aliases(bench, node, verdict, name, change)
 
 
 @requirement("NID-07", level="manual", cases=("follower", _of_followers), effects=EFFECTS)
@@ -114,9 +96,9 @@ def test_cob_id_follows_the_node_id(
     """A COB-ID with the node-ID in its default has the default of the new node-ID."""
     entry, change = follower
 
-    outcome = moving.moved(bench, node, verdict, change, save=True)
+    outcome = moved.moved(bench, node, verdict, change, save=True)
 
-    moving.judge_follower(verdict, entry, outcome)
+    moved.judge_follower(verdict, entry, outcome)
 
 
 @requirement("NID-08", level="manual", cases=("follower", _of_own_values), effects=EFFECTS)
@@ -142,7 +124,7 @@ def test_own_cob_id_follows_as_documented(
 
     if outcome.before[entry.key] != entry.type.encode(own):
         raise SetupRefused(f"{entry.address} does not keep {own:08X}h, see STO-01")
-    moving.judge_follower(verdict, entry, outcome)
+    moved.judge_follower(verdict, entry, outcome)
 
 
 @requirement(
@@ -156,7 +138,7 @@ def test_boot_up_has_the_new_node_id(
     bench: Bench, node: Node, change: Change, verdict: Verdict
 ) -> None:
     """The boot-up message has the identifier of the node-ID at which the node answers."""
-    outcome = moving.moved(bench, node, verdict, change, save=True)
+    outcome = moved.moved(bench, node, verdict, change, save=True)
 
     here = outcome.places[-1]
 

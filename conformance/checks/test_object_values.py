@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
-from conformance.checks import cases, kept
+from conformance.checks import cases, kept, storable
 from conformance.checks.cases import entries
-from conformance.checks.moving import tried
+from conformance.checks.moved import tried
 from conformance.checks.steps import agree, each_limit, own_value, require_writable
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, requirement
@@ -34,7 +34,7 @@ def test_fixed_entry_holds_its_documented_value(node: Node, entry: Entry, verdic
     "OD-10",
     level="manual",
     cases=entries(cases.configured, "default"),
-    effects=kept.RESTORES,
+    effects=storable.RESTORES,
 )
 def test_setting_has_its_default_after_restore(
     node: Node, bench: Bench, entry: Entry, verdict: Verdict

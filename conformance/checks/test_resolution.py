@@ -24,7 +24,7 @@ from conformance.checks.slopes import (
 from conformance.checks.steps import require_writable
 from conformance.requirements import Case, requirement
 from conformance.spec.fields import key_of
-from conformance.spec.model import DeviceSpec, Entry, is_legal
+from conformance.spec.model import DeviceSpec, Entry
 from conformance.verdict import Verdict
 
 TILT_SHARE = 0.4
@@ -47,7 +47,7 @@ def _resolutions(spec: DeviceSpec) -> Iterable[Case]:
             continue
         entry = spec.entries[key_of(slope.rule.resolution or 0)]
         for value in entry.values or ():
-            if all(is_legal(value, reading.legal) for reading in entry.readings):
+            if entry.always_legal(value):
                 new = NewResolution(slope, entry, value)
                 label = f"{slope.entry.address}/{value}"
                 yield Case(label, new, entry.source_of("values"))

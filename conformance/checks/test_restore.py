@@ -4,26 +4,23 @@ from __future__ import annotations
 
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
-from conformance.checks import kept
-from conformance.checks.test_store import NOT_STORED
-from conformance.errors import SetupRefused
+from conformance.checks import kept, storable
 from conformance.requirements import CIA301, requirement
 from conformance.spec.model import Entry
 from conformance.verdict import Verdict
-from conformance.wire.abort import describe
 
 RESTORE = f"{CIA301}, 7.5.2.14"
-BY_POWER = (*kept.RESTORES, "power")
+BY_POWER = (*storable.RESTORES, "power")
 
 
 @requirement(
-    "RST-01", level="manual", cases=("entry", kept.restored_settings), effects=kept.RESTORES
+    "RST-01", level="manual", cases=("entry", storable.restored_settings), effects=storable.RESTORES
 )
 def test_restored_setting_has_its_default(
     bench: Bench, node: Node, entry: Entry, verdict: Verdict
 ) -> None:
     """A setting that was changed and stored holds its default after restore and reset."""
-    sub = kept.widest_restore(node.spec)
+    sub = storable.widest_restore(node.spec)
     outcome = kept.restored(bench, node, verdict, sub, power=False)
 
     kept.require_confirmed(outcome)
@@ -31,7 +28,9 @@ def test_restored_setting_has_its_default(
     kept.judge_default(verdict, entry, outcome)
 
 
-@requirement("RST-02", level="manual", cases=("sub", kept.restore_groups), effects=kept.RESTORES)
+@requirement(
+    "RST-02", level="manual", cases=("sub", storable.restore_groups), effects=storable.RESTORES
+)
 def test_group_is_restored(bench: Bench, node: Node, sub: int, verdict: Verdict) -> None:
     """Each sub-index of restore brings back the defaults of its objects."""
     outcome = kept.restored(bench, node, verdict, sub, power=False)
@@ -41,68 +40,66 @@ def test_group_is_restored(bench: Bench, node: Node, sub: int, verdict: Verdict)
     kept.judge_defaults(verdict, "settings after the reset", node.spec, sub, outcome.final)
 
 
-@requirement("RST-03", level="manual", cases=("sub", kept.groups_with_rest), effects=kept.RESTORES)
+@requirement(
+    "RST-03", level="manual", cases=("sub", storable.groups_with_rest), effects=storable.RESTORES
+)
 def test_other_groups_are_left_alone(bench: Bench, node: Node, sub: int, verdict: Verdict) -> None:
     """A sub-index of restore leaves the objects alone that belong to others."""
     outcome = kept.restored(bench, node, verdict, sub, power=False)
 
-    others = kept.beside(node.spec, sub)
+    others = list(storable.settings_beside(node.spec, sub))
 
     kept.judge_unchanged(
         verdict, "other settings after the reset", others, outcome.final, outcome.chosen
     )
 
 
-@requirement("RST-04", level="manual", cases=("sub", kept.later_restores), effects=kept.RESTORES)
+@requirement(
+    "RST-04", level="manual", cases=("sub", storable.later_restores), effects=storable.RESTORES
+)
 def test_restore_waits_for_the_restart(
     bench: Bench, node: Node, sub: int, verdict: Verdict
 ) -> None:
     """Restored values are not in force before the restart."""
     outcome = kept.restored(bench, node, verdict, sub, power=False)
 
-    restored = kept.inside(node.spec, sub)
+    restored = list(storable.settings_in(node.spec, sub))
 
     kept.judge_unchanged(
         verdict, "settings before the reset", restored, outcome.before, outcome.chosen
     )
 
 
-@requirement("RST-05", level="manual", cases=("sub", kept.restore_groups), effects=kept.RESTORES)
+@requirement(
+    "RST-05", level="manual", cases=("sub", storable.restore_groups), effects=storable.RESTORES
+)
 def test_signature_is_confirmed(bench: Bench, node: Node, sub: int, verdict: Verdict) -> None:
     """The documented signature is confirmed."""
     outcome = kept.restored(bench, node, verdict, sub, power=False)
 
-    verdict.holds(
-        "answer to the signature",
-        expected="a confirmation",
-        actual=str(outcome.answer),
-        ok=outcome.answer.confirmed,
-    )
+    kept.judge_confirmed(verdict, outcome.answer)
 
 
 @requirement(
     "RST-06",
     level="shall",
-    cases=("sub", kept.restore_groups),
+    cases=("sub", storable.restore_groups),
     source=RESTORE,
-    effects=kept.RESTORES,
+    effects=storable.RESTORES,
 )
 def test_wrong_signature_is_refused(bench: Bench, node: Node, sub: int, verdict: Verdict) -> None:
     """Any other signature than the documented one is refused."""
     outcome = kept.wrong_signatures(bench, node, verdict, node.spec.services.restore, sub)
 
-    for wrong, answer in outcome.answers.items():
-        verdict.holds(
-            f"answer to {wrong!r}", expected="an abort", actual=str(answer), ok=answer.refused
-        )
+    kept.judge_refused(verdict, outcome)
 
 
 @requirement(
     "RST-07",
     level="shall",
-    cases=("sub", kept.restore_groups),
+    cases=("sub", storable.restore_groups),
     source=RESTORE,
-    effects=kept.RESTORES,
+    effects=storable.RESTORES,
 )
 def test_wrong_signature_has_its_abort_code(
     bench: Bench, node: Node, sub: int, verdict: Verdict
@@ -110,21 +107,15 @@ def test_wrong_signature_has_its_abort_code(
     """The abort of a wrong signature says that the data cannot be stored: 0800 002xh."""
     outcome = kept.wrong_signatures(bench, node, verdict, node.spec.services.restore, sub)
 
-    codes = {wrong: answer.abort for wrong, answer in outcome.answers.items()}
-
-    if not any(codes.values()):
-        raise SetupRefused("no wrong signature is refused, see RST-06")
-    for wrong, code in codes.items():
-        if code is not None:
-            verdict.one_of(f"abort of {wrong!r}", code, NOT_STORED, show=describe)
+    kept.judge_abort_codes(verdict, outcome, "RST-06")
 
 
 @requirement(
     "RST-08",
     level="shall",
-    cases=("sub", kept.restore_groups),
+    cases=("sub", storable.restore_groups),
     source=RESTORE,
-    effects=kept.RESTORES,
+    effects=storable.RESTORES,
 )
 def test_wrong_signature_restores_nothing(
     bench: Bench, node: Node, sub: int, verdict: Verdict
@@ -133,27 +124,26 @@ def test_wrong_signature_restores_nothing(
     restore = node.spec.services.restore
     outcome = kept.wrong_signatures(bench, node, verdict, restore, sub).kept
 
-    stored = [case.subject for case in kept.stored_settings(node.spec)]
+    stored = [case.subject for case in storable.stored_settings(node.spec)]
 
     kept.judge_unchanged(verdict, "settings after a reset", stored, outcome.after, outcome.chosen)
 
 
 @requirement(
-    "RST-09", level="shall", cases=("entry", kept.readable_signatures("restore")), source=RESTORE
+    "RST-09",
+    level="shall",
+    cases=("entry", storable.readable_signatures("restore")),
+    source=RESTORE,
 )
 def test_restore_tells_that_it_restores(node: Node, entry: Entry, verdict: Verdict) -> None:
     """What restores defaults by a signature says so when it is read: bit 0 is set."""
-    value = node.number(*entry.key)
-
-    verdict.holds(
-        f"value of {entry.address}", expected="bit 0 set", actual=f"{value:08X}h", ok=value & 1 == 1
-    )
+    kept.judge_on_command(verdict, node, entry)
 
 
 @requirement(
     "RST-10",
     level="shall",
-    cases=("sub", kept.restore_groups),
+    cases=("sub", storable.restore_groups),
     source=RESTORE,
     effects=BY_POWER,
 )
@@ -169,7 +159,11 @@ def test_group_is_restored_by_a_power_cycle(
 
 
 @requirement(
-    "RST-11", level="shall", cases=("sub", kept.restore_groups), source=RESTORE, effects=BY_POWER
+    "RST-11",
+    level="shall",
+    cases=("sub", storable.restore_groups),
+    source=RESTORE,
+    effects=BY_POWER,
 )
 def test_restored_defaults_that_are_stored_last(
     bench: Bench, node: Node, sub: int, verdict: Verdict

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from typing import Final
 
 from conformance.simulator.memory import NonVolatileMemory
 from conformance.simulator.node import Node
 from conformance.spec.behaviours import Paired
+from conformance.spec.bit_rates import bits_per_second, documented_rates
 from conformance.spec.document import Changeable
 from conformance.spec.fields import key_of
 from conformance.spec.model import DeviceSpec, Entry, Key
@@ -20,15 +20,6 @@ SWITCH_DELAY_NS: Final = 5_000_000
 SLOWEST: Final = 10_000
 FASTEST: Final = 1_000_000
 
-_RATE: Final = re.compile(r"(\d+(?:\.\d+)?)\s*([kM]?)bit/s", re.IGNORECASE)
-_FACTORS: Final = {"": 1, "k": 1_000, "m": 1_000_000}
-
-
-def bits_per_second(entry: Entry, value: int) -> int:
-    """Return the bit rate that a value of the bit rate object stands for, in bit/s."""
-    match = _RATE.search((entry.values or {}).get(value, ""))
-    return round(float(match[1]) * _FACTORS[match[2].lower()]) if match else value
-
 
 def usable_node_id(node_id: int) -> bool:
     """Return whether a node can have this node-ID."""
@@ -38,13 +29,6 @@ def usable_node_id(node_id: int) -> bool:
 def usable_bitrate(bitrate: int) -> bool:
     """Return whether a CAN controller can be set to this bit rate."""
     return SLOWEST <= bitrate <= FASTEST
-
-
-def rate_values(spec: DeviceSpec) -> dict[int, int]:
-    """Return the documented bit rates in bit/s and the values that stand for them."""
-    entry = changeable_entry(spec, spec.services.bitrate)
-    values = entry.values or {} if entry is not None else {}
-    return {bits_per_second(entry, value): value for value in values if entry is not None}
 
 
 def changeable_entry(spec: DeviceSpec, service: Changeable | None) -> Entry | None:
@@ -107,7 +91,7 @@ def remember_node_id(spec: DeviceSpec, memory: NonVolatileMemory, node_id: int) 
 def remember_bitrate(spec: DeviceSpec, memory: NonVolatileMemory, bitrate: int) -> None:
     """Store a bit rate in the non-volatile memory, in bit/s."""
     memory.bitrate = bitrate
-    value = rate_values(spec).get(bitrate, bitrate)
+    value = documented_rates(spec).get(bitrate, bitrate)
     for entry in holders(spec, spec.services.bitrate):
         memory.keep({entry.key: None if entry.default == value else value})
 
@@ -164,7 +148,7 @@ def _take_anything(node: Node, spec: DeviceSpec) -> None:
             dictionary.ranges[entry.key] = None
             dictionary.adjusts[entry.key] = lambda value: int(value) & 0x7F
     if node.faults.bitrate_takes_any:
-        known = rate_values(spec).values()
+        known = documented_rates(spec).values()
         for entry in holders(spec, spec.services.bitrate):
             dictionary.ranges[entry.key] = None
             dictionary.adjusts[entry.key] = lambda value: value if value in known else min(known)

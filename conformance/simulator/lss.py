@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final, Protocol
 
-from conformance.simulator.identity import SLOWEST, rate_values
+from conformance.simulator.identity import SLOWEST
 from conformance.simulator.node import Node
 from conformance.simulator.sdo_server import ANSWER_NS
+from conformance.spec.bit_rates import documented_rates
 from conformance.spec.document import Lss as LssSpec
 from conformance.spec.model import DeviceSpec
 from conformance.wire import lss
@@ -64,7 +65,7 @@ class LssSlave:
         self._node = node
         self._service = service
         self._target = target
-        self._rates = rate_values(spec)
+        self._rates = documented_rates(spec)
         self._faults = node.faults
         self._configuring = self._faults.lss_starts_in_configuration
         self._node_id: int | None = None

@@ -62,8 +62,7 @@ class ParameterStore:
         stores = service is self._services.store
         if faults.store_refused if stores else faults.restore_refused:
             raise SdoAbortError(AbortCode.DATA_NOT_STORED)
-        expected = int.from_bytes(service.signature.encode("ascii"), "little")
-        if value != expected and not self._node.faults.store_any_signature:
+        if value != service.word and not self._node.faults.store_any_signature:
             raise SdoAbortError(AbortCode.DATA_NOT_STORED)
 
     def _save(self, service: Store, sub: int) -> None:

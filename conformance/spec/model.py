@@ -57,6 +57,10 @@ class Condition:
         """Tell whether a value of the other entry satisfies it."""
         return value & self.mask == self.value
 
+    def applied(self, value: int) -> int:
+        """Return a value of the other entry with just those bits changed that satisfy it."""
+        return value & ~self.mask | self.value
+
 
 @dataclass(frozen=True, slots=True)
 class Entry:
@@ -146,6 +150,10 @@ class Entry:
     def writable(self) -> bool:
         """A download is documented to succeed."""
         return self.access in ("rw", "wo") and not self.reserved
+
+    def always_legal(self, value: int) -> bool:
+        """Tell whether every reading allows a value."""
+        return all(is_legal(value, reading.legal) for reading in self.readings)
 
     def source_of(self, attribute: str) -> str:
         """Return the section that documents one attribute."""

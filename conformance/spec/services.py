@@ -225,6 +225,15 @@ class Store(Service):
     lasting: bool = False
     source: Source
 
+    @property
+    def word(self) -> int:
+        """The signature as a number, such as 6576 6173h for ``save``."""
+        return int.from_bytes(self.signature.encode("ascii"), "little")
+
+    def covers(self, sub: int, index: int) -> bool:
+        """Tell whether a sub-index acts on an index."""
+        return any(int(low) <= index <= int(high) for low, high in self.groups[sub])
+
 
 class Changeable(Service):
     """An object that changes how the node is reached, and when the change takes effect."""

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from datetime import datetime
 from typing import Final
 
+from conformance.spec.bit_rates import bits_per_second
 from conformance.spec.eds.kinds import IDENTITY_OBJECT
 from conformance.spec.eds.model import BITRATES
-from conformance.spec.model import DeviceSpec, Entry
+from conformance.spec.model import DeviceSpec
 
-_RATE: Final = re.compile(r"([0-9]+)\s*(k?)bit/s", re.IGNORECASE)
 _RPDOS: Final = range(0x1400, 0x1600)
 _MOST_COLUMNS: Final = 200
 _DUMMIES: Final = range(1, 8)
@@ -82,13 +81,10 @@ def _bitrates(spec: DeviceSpec) -> set[int]:
     """Return the bit rates in bit/s that the object for the bit rate takes, and the factory's."""
     service = spec.services.bitrate
     entries = () if service is None else spec.subs(service.object)
-    return {spec.bitrate, *(rate for entry in entries for rate in _rates(entry))}
-
-
-def _rates(entry: Entry) -> Iterator[int]:
-    for value, text in (entry.values or {}).items():
-        match = _RATE.search(text)
-        yield value if match is None else int(match[1]) * (1000 if match[2] else 1)
+    return {
+        spec.bitrate,
+        *(bits_per_second(it, value) for it in entries for value in it.values or ()),
+    }
 
 
 def _line(text: str) -> str:

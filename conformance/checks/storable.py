@@ -1,0 +1,110 @@
+"""Which settings a store keeps and a restore brings back, by every reading of the manual."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from conformance.bench.keeping import groups_of
+from conformance.bench.second_values import can_be_set
+from conformance.effects import Effect
+from conformance.errors import SetupRefused
+from conformance.requirements import Case, Cases
+from conformance.spec.document import Services, Store
+from conformance.spec.model import DeviceSpec, Entry, address
+
+STORES: tuple[Effect, ...] = ("reads", "writes", "resets", "non-volatile")
+RESTORES: tuple[Effect, ...] = (*STORES, "restores")
+
+
+def stored_settings(spec: DeviceSpec) -> Iterable[Case]:
+    """Return every setting that a store keeps by every reading."""
+    for entry in spec.entries.values():
+        documented = all(reading.persistent for reading in entry.readings)
+        if documented and can_be_set(entry, spec) and _always_in(spec, "store", None, entry):
+            yield Case(entry.address, entry, entry.source_of("persistent"))
+
+
+def restored_settings(spec: DeviceSpec) -> Iterable[Case]:
+    """Return every setting with a documented default that the widest restore brings back."""
+    if spec.services.restore is not None:
+        for entry in settings_in(spec, widest_restore(spec)):
+            yield Case(entry.address, entry, entry.source_of("default"))
+
+
+def store_groups(spec: DeviceSpec) -> Iterable[Case]:
+    """Return every sub-index by which parameters are stored."""
+    return _groups(spec.services.store)
+
+
+def restore_groups(spec: DeviceSpec) -> Iterable[Case]:
+    """Return every sub-index by which defaults are restored."""
+    return _groups(spec.services.restore)
+
+
+def _groups(service: Store | None) -> Iterator[Case]:
+    if service is not None:
+        for sub in service.groups:
+            yield Case(address(service.object, sub), sub, service.source)
+
+
+def groups_with_rest(spec: DeviceSpec) -> Iterable[Case]:
+    """Return every restore sub-index beside which there are settings that it leaves alone."""
+    return (case for case in restore_groups(spec) if any(settings_beside(spec, case.subject)))
+
+
+def later_restores(spec: DeviceSpec) -> Iterable[Case]:
+    """Return every restore sub-index that by no reading acts before the node restarts."""
+    every = [it.restore.effective for it, _ in spec.services_readings if it.restore is not None]
+    return () if "at-once" in every else restore_groups(spec)
+
+
+def readable_signatures(name: str) -> Cases:
+    """Return cases for every sub-index of a service that can be read by every reading."""
+
+    def generate(spec: DeviceSpec) -> Iterable[Case]:
+        service: Store | None = getattr(spec.services, name)
+        for sub in service.groups if service is not None else ():
+            entry = spec.entry(service.object, sub) if service is not None else None
+            if entry is not None and all(reading.readable for reading in entry.readings):
+                yield Case(entry.address, entry, entry.source)
+
+    return generate
+
+
+def widest_restore(spec: DeviceSpec) -> int:
+    """Return the sub-index of restore that acts on the most objects.
+
+    Raises:
+        SetupRefused: There is no restore.
+    """
+    if spec.services.restore is None:
+        raise SetupRefused("the manual documents no restore")
+    return groups_of(spec.services.restore, {index for index, _ in spec.entries})[0]
+
+
+def settings_in(spec: DeviceSpec, sub: int) -> Iterator[Entry]:
+    """Return the settings with a default that a restore sub-index brings back by every reading."""
+    for entry in spec.entries.values():
+        documented = all(reading.default is not None for reading in entry.readings)
+        if documented and can_be_set(entry, spec) and _always_in(spec, "restore", sub, entry):
+            yield entry
+
+
+def settings_beside(spec: DeviceSpec, sub: int) -> Iterator[Entry]:
+    """Return the stored settings that a restore sub-index leaves alone by every reading."""
+    for case in stored_settings(spec):
+        services = [it.restore for it, _ in spec.services_readings]
+        if not any(it is not None and it.covers(sub, case.subject.index) for it in services):
+            yield case.subject
+
+
+def _always_in(spec: DeviceSpec, name: str, sub: int | None, entry: Entry) -> bool:
+    return all(_is_in(services, name, sub, entry) for services, _ in spec.services_readings)
+
+
+def _is_in(services: Services, name: str, sub: int | None, entry: Entry) -> bool:
+    service: Store | None = getattr(services, name)
+    if service is None:
+        return False
+    subs = service.groups if sub is None else {sub} & set(service.groups)
+    return any(service.covers(each, entry.index) for each in subs)
