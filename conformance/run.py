@@ -229,6 +229,7 @@ class Run:
             self.results.run["frames"] = bench.link.line
             self.results.run["non_volatile_writes"] = bench.non_volatile_writes
             self.results.run["unsolicited_sdo_responses"] = bench.channel.unsolicited
+            self.results.run["sdo_response_times"] = dict(bench.channel.times.summary())
             try:
                 bench.close()
             except BenchError as error:

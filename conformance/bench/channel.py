@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from conformance.bench.link import Link, Stamped
+from conformance.bench.response_times import ResponseTimes
 from conformance.wire import cob_id
 from conformance.wire.frame import Frame
 
@@ -30,6 +31,7 @@ class SdoChannel:
         self._last_response: bytes | None = None
         self._repeats_before: bytes | None = None
         self.unsolicited = 0
+        self.times = ResponseTimes()
 
     @property
     def request_id(self) -> int:
@@ -56,6 +58,7 @@ class SdoChannel:
         self._repeats_before = self._last_response if data != self._request else None
         self._request = data
         sent = self._link.send(Frame(self.request_id, data))
+        self.times.sent(data, sent.time_s)
         self._mark = self._link.mark()
         return sent
 
@@ -74,6 +77,8 @@ class SdoChannel:
                 break
             self.unsolicited += 1
         self._last_response = received.frame.data if received else None
+        if received is not None:
+            self.times.received(received.time_s)
         return received
 
     def _is_repetition(self, data: bytes) -> bool:

@@ -110,6 +110,7 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     word, style = HEADLINES[results.verdict]
     terminal.say(f"{word}: {_counts(results)}", style=style)
     terminal.say(_times(results))
+    _response_times(results, terminal)
     terminal.say(f"record: {directory} (results.json, junit.xml, trace.log)")
 
 
@@ -167,6 +168,16 @@ def _times(results: Results) -> str:
     if isinstance(simulated, int | float) and wall:
         text += f"; {simulated:.0f} s of bus time, {simulated / wall:.0f} times as fast as real"
     return text
+
+
+def _response_times(results: Results, terminal: Terminal) -> None:
+    times = results.run.get("sdo_response_times")
+    if isinstance(times, dict) and times.get("transfers"):
+        terminal.say(
+            f"{_many(times['transfers'], 'SDO transfer')} answered: median {times['median_ms']} ms, "
+            f"99 % within {times['p99_ms']} ms, at most {times['max_ms']} ms "
+            f"({times['max_object']})"
+        )
 
 
 def _many(count: int, noun: str) -> str:

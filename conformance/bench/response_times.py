@@ -1,0 +1,63 @@
+"""How long the node takes to answer SDO requests, over a whole run."""
+
+from __future__ import annotations
+
+from math import ceil
+
+from conformance.spec.model import Key, address
+
+_CONTINUES = (0x00, 0x60, 0xA0, 0xC0)
+"""Client command specifiers of requests within a transfer (CiA 301 v4.2.0, 7.2.4.3)."""
+_SHARE = 0.99
+
+
+class ResponseTimes:
+    """The longest wait for a response in each SDO transfer, as the bench sees it.
+
+    The time runs from the request handed to the bus to the timestamp of its response, so that it
+    holds both frames.
+    """
+
+    def __init__(self) -> None:
+        self._transfers: list[tuple[float, Key]] = []
+        self._begun: Key | None = None
+        self._waiting_since_s: float | None = None
+
+    def sent(self, request: bytes, time_s: float) -> None:
+        """Take note of a request."""
+        self._waiting_since_s = time_s
+        if _begins(request):
+            self._begun = int.from_bytes(request[1:3], "little"), request[3]
+            self._transfers.append((-1.0, self._begun))
+        elif not request or request[0] & 0xE0 not in _CONTINUES:
+            self._begun = None
+
+    def received(self, time_s: float) -> None:
+        """Take note of the first response to the last request."""
+        if self._begun is None or self._waiting_since_s is None:
+            return
+        waited_s = max(0.0, time_s - self._waiting_since_s)
+        self._waiting_since_s = None
+        self._transfers[-1] = max(self._transfers[-1], (waited_s, self._begun))
+
+    def summary(self) -> dict[str, int | float | str]:
+        """Return how many transfers were answered, and how fast; nothing but 0 without any."""
+        answered = sorted(it for it in self._transfers if it[0] >= 0)
+        if not answered:
+            return {"transfers": 0}
+        times_ms = [round(time_s * 1000, 3) for time_s, _ in answered]
+        return {
+            "transfers": len(answered),
+            "median_ms": times_ms[(len(answered) - 1) // 2],
+            "p99_ms": times_ms[ceil(_SHARE * len(answered)) - 1],
+            "max_ms": times_ms[-1],
+            "max_object": address(*answered[-1][1]),
+        }
+
+
+def _begins(request: bytes) -> bool:
+    """Tell whether a request names an object: the first of an upload or download, block or not."""
+    if len(request) < 4:
+        return False
+    command = request[0]
+    return command & 0xE0 in (0x20, 0x40) or command & 0xE3 == 0xA0 or command & 0xE1 == 0xC0
