@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 
 from conformance.bench.channel import SdoChannel
@@ -124,6 +125,11 @@ class Node:
         self._note_write(index, sub)
         return transfer
 
+    def will_change(self, index: int, sub: int) -> None:
+        """Note that a download step by step begins, so that what it does is undone after the check."""
+        self._remember(index, sub)
+        self._note_write(index, sub)
+
     def write(self, index: int, sub: int, data: bytes) -> Transfer:
         """Download and return what the node made of it; whoever calls undoes it."""
         transfer = self.sdo.download(index, sub, data)
@@ -234,6 +240,23 @@ class Node:
         rig.power_on()
         self.was_reset = True
         return mark
+
+    @contextmanager
+    def without_supply(self) -> Iterator[None]:
+        """Take the supply away for a while, then wait until the node answers."""
+        rig = self.link.rig
+        if rig is None:
+            raise SetupRefused("the bench cannot switch the supply")
+        self._settle()
+        rig.power_off()
+        try:
+            yield
+        finally:
+            mark = self.link.mark()
+            rig.power_on()
+            self.was_reset = True
+            self.await_boot_up(mark)
+            self.hold_back()
 
     def hold_back(self) -> None:
         """Bring a node that may have started by itself to Pre-operational."""

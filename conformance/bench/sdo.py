@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 from conformance.bench.channel import SdoChannel
 from conformance.bench.link import Stamped
 from conformance.wire import sdo
-from conformance.wire.abort import describe
+from conformance.wire.abort import AbortCode, describe
 from conformance.wire.errors import WireError
 
 MOST_OCTETS = 100_000
+_UNUSED = b"\xff"
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +31,16 @@ class Answer:
     response: sdo.Response | None
     fault: str = ""
 
+    @property
+    def code(self) -> int | None:
+        """The abort code, None when the response is no abort."""
+        return self.response.code if isinstance(self.response, sdo.Abort) else None
+
+    def __str__(self) -> str:
+        if self.code is not None:
+            return f"abort {describe(self.code)}"
+        return str(self.received.frame) if self.received else self.fault
+
 
 @dataclass(frozen=True, slots=True)
 class Transfer:
@@ -42,6 +54,7 @@ class Transfer:
         expedited: The data came in the initiate response.
         sized: The upload said how many of its octets are data; an expedited one need not.
         announced: Octets announced by a segmented upload.
+        partial: What came of an upload that did not end.
     """
 
     data: bytes | None = None
@@ -51,6 +64,7 @@ class Transfer:
     expedited: bool = False
     sized: bool = True
     announced: int | None = None
+    partial: bytes = b""
 
     @property
     def confirmed(self) -> bool:
@@ -96,8 +110,14 @@ class SdoPort:
         except WireError as error:
             return Answer(sent, received, None, str(error))
 
-    def upload(self, index: int, sub: int) -> Transfer:
-        """Upload an object and judge each step of the protocol."""
+    def upload(self, index: int, sub: int, *, most_octets: int = MOST_OCTETS) -> Transfer:
+        """Upload an object and judge each step of the protocol.
+
+        Args:
+            index: Of the object.
+            sub: Sub-index.
+            most_octets: What is longer, or comes in more segments, is aborted.
+        """
         answer = self.ask(sdo.InitiateUpload(index, sub))
         match answer.response:
             case sdo.InitiateUploadReply(index=got, sub=got_sub) if (got, got_sub) != (index, sub):
@@ -105,25 +125,30 @@ class SdoPort:
             case sdo.InitiateUploadReply(expedited=True, data=data, size=size):
                 return Transfer(data, expedited=True, sized=size is not None)
             case sdo.InitiateUploadReply(size=size):
-                return self._segments(size)
+                return self._segments(index, sub, size, most_octets)
             case _:
                 return self._ended(answer, index, sub, "an upload response")
 
-    def download(self, index: int, sub: int, data: bytes, *, segmented: bool = False) -> Transfer:
-        """Download to an object, expedited up to 4 octets unless told otherwise."""
-        if len(data) > 4 or not data or segmented:
-            return self._download_segments(index, sub, data)
+    def download(self, index: int, sub: int, data: bytes) -> Transfer:
+        """Download to an object, expedited up to 4 octets."""
+        if len(data) > 4 or not data:
+            return self.download_segments(index, sub, data, len(data))
         answer = self.ask(sdo.InitiateDownload(index, sub, data))
+        return self._acknowledged(answer, index, sub) or Transfer(data, expedited=True)
+
+    def download_unsized(self, index: int, sub: int, data: bytes) -> Transfer:
+        """Download expedited without telling how many of the four octets count."""
+        answer = self.ask(sdo.InitiateDownload(index, sub, data.ljust(4, _UNUSED), size=None))
         return self._acknowledged(answer, index, sub) or Transfer(data, expedited=True)
 
     def abort(self, index: int, sub: int, code: int) -> None:
         """Abort the transfer in progress; no response is expected."""
         self._channel.send(sdo.encode(sdo.Abort(index, sub, code)))
 
-    def _segments(self, announced: int | None) -> Transfer:
+    def _segments(self, index: int, sub: int, announced: int | None, most: int) -> Transfer:
         data = bytearray()
         toggle = False
-        while True:
+        for count in itertools.count(1):
             answer = self.ask(sdo.UploadSegment(toggle))
             if not isinstance(answer.response, sdo.UploadSegmentReply):
                 return self._ended(answer, None, None, "an upload segment")
@@ -131,17 +156,27 @@ class SdoPort:
             if segment.toggle != toggle:
                 return Transfer(fault=f"toggle bit not alternated in segment {len(data) // 7 + 1}")
             data += segment.data
-            if len(data) > MOST_OCTETS:
-                return Transfer(fault=f"upload still not complete after {MOST_OCTETS} octets")
             if segment.last:
                 break
+            if max(len(data), count) >= most:
+                self.abort(index, sub, AbortCode.OUT_OF_MEMORY)
+                fault = f"upload still not complete after {len(data)} octets in {count} segments"
+                return Transfer(fault=fault, partial=bytes(data))
             toggle = not toggle
         if announced is not None and announced != len(data):
             return Transfer(fault=f"{announced} octets announced, {len(data)} transferred")
         return Transfer(bytes(data), announced=announced)
 
-    def _download_segments(self, index: int, sub: int, data: bytes) -> Transfer:
-        answer = self.ask(sdo.InitiateDownload(index, sub, expedited=False, size=len(data)))
+    def download_segments(self, index: int, sub: int, data: bytes, size: int | None) -> Transfer:
+        """Download in segments.
+
+        Args:
+            index: 0..FFFFh.
+            sub: 0..FFh.
+            data: What to write.
+            size: Octets to announce, whatever is sent then; None for none.
+        """
+        answer = self.ask(sdo.InitiateDownload(index, sub, expedited=False, size=size))
         refused = self._acknowledged(answer, index, sub)
         if refused is not None:
             return refused

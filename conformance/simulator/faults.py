@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from conformance.errors import SpecError
 from conformance.resources import find
+from conformance.spec.services import LightCondition
 from conformance.spec.validation import validate
 from conformance.spec.yaml_reader import YamlFile, read_yaml
 
@@ -25,6 +26,23 @@ Address: TypeAlias = Annotated[str, Field(pattern=r"^0x[0-9A-Fa-f]{4}(:\d{1,3})?
 Index: TypeAlias = Annotated[int, Field(ge=0, le=0xFFFF)]
 
 
+SdoHabit: TypeAlias = Literal[
+    "answers-client-abort",
+    "confirms-unknown",
+    "drops-segments",
+    "echoes-data",
+    "hears-any-frame",
+    "ignores-client-abort",
+    "mixes-answers",
+    "serves-idle-segments",
+    "shifts-unsized",
+    "sticks-to-transfer",
+    "stores-interrupted",
+    "takes-any-block-size",
+    "takes-any-total",
+    "tells-four-octets",
+    "wrong-crc",
+]
 Moment: TypeAlias = Literal["documented", "never", "at-once", "without-store"]
 _MOMENT = "When a new value takes effect; without a store: at the next reset."
 
@@ -44,7 +62,7 @@ class Faults(BaseModel):
     )
 
     # NMT and boot-up
-    boot_up: Literal["sent", "missing", "twice"] = "sent"
+    boot_up: Literal["sent", "missing", "twice", "late"] = "sent"
     boot_time_factor: Factor = Field(default=1.0, description="Stretches the time to boot-up.")
     starts_operational: bool = Field(
         default=False, description="Goes to Operational by itself after boot-up."
@@ -58,6 +76,19 @@ class Faults(BaseModel):
     nmt_obeys_wrong_length: bool = Field(
         default=False, description="Takes an NMT command from a frame of 3 to 8 bytes."
     )
+    nmt_ignores_resets_in: list[State] = Field(
+        default=[], description="NMT states in which no command restarts it."
+    )
+    nmt_resets_on_repetition: bool = Field(
+        default=False, description="A command for the state it is in restarts it."
+    )
+    leaves_operational_after_ms: Annotated[int, Field(ge=1)] | None = Field(
+        default=None, description="Goes back to Pre-operational by itself."
+    )
+    reset_communication_resets_all: bool = False
+    start_object_ignored: bool = Field(
+        default=False, description="The object for the automatic start has no effect."
+    )
 
     # heartbeat producer
     heartbeat_period_factor: Factor = 1.0
@@ -70,6 +101,27 @@ class Faults(BaseModel):
     heartbeat_never_stops: bool = Field(default=False, description="Ignores a period of 0.")
     heartbeat_starts_late: bool = Field(
         default=False, description="Starts with the next NMT command instead of at once."
+    )
+    heartbeat_factor_operational: Factor = Field(
+        default=1.0, description="Stretches the period while Operational."
+    )
+    heartbeat_wraps_ms: Annotated[int, Field(ge=1)] | None = Field(
+        default=None, description="What is left of a time divided by this is the period."
+    )
+    heartbeat_keeps_period: bool = Field(
+        default=False, description="A running heartbeat takes no other period than off."
+    )
+    heartbeat_waits_after_start: bool = Field(
+        default=False, description="Starts with a download only, whatever was stored."
+    )
+    heartbeat_ends_when_written_again: bool = Field(
+        default=False, description="The time it has already, written again, switches it off."
+    )
+    follows_other_heartbeats: bool = Field(
+        default=False, description="A heartbeat of a stopped node stops it."
+    )
+    answers_guarding: bool = Field(
+        default=False, description="Answers the guarding request, toggle bit and all."
     )
 
     # SDO server
@@ -98,6 +150,9 @@ class Faults(BaseModel):
     sdo_size_wrong: bool = Field(
         default=False, description="A segmented upload announces one byte too many."
     )
+    sdo_never_ends: bool = Field(
+        default=False, description="No segment of an upload is the last; empty ones follow."
+    )
     sdo_ignores_toggle: bool = Field(
         default=False, description="Accepts segments whose toggle bit does not alternate."
     )
@@ -112,6 +167,9 @@ class Faults(BaseModel):
     )
     sdo_block_ignored: bool = Field(
         default=False, description="Does not answer requests for a block transfer."
+    )
+    sdo_habits: list[SdoHabit] = Field(
+        default=[], description="What the server does that no server may do."
     )
 
     # object dictionary
@@ -146,6 +204,27 @@ class Faults(BaseModel):
     tpdo_event_timer_factor: Factor = 1.0
     tpdo_ignores_inhibit_time: bool = False
     tpdo_ignores_bit31: bool = Field(default=False, description="Sends although not valid.")
+    tpdo_timer_never_stops: bool = Field(
+        default=False, description="An event time of 0 is confirmed, and the timer goes on."
+    )
+    tpdo_new_event_time_stops: bool = Field(
+        default=False, description="An event time written while the timer runs stops it."
+    )
+    tpdo_timer_always_acts: bool = Field(
+        default=False, description="The event timer sends synchronous TPDOs too."
+    )
+    tpdo_first_late: bool = Field(
+        default=False, description="On entering Operational a period passes before the first TPDO."
+    )
+    tpdo_frozen: bool = Field(
+        default=False, description="Carries what it did when it entered Operational."
+    )
+    tpdo_fills_up: bool = Field(
+        default=False, description="Frames are filled up to eight octets with FFh."
+    )
+    tpdo_sends_unasked: bool = Field(
+        default=False, description="With type 252 a SYNC sends the TPDO."
+    )
     tpdo_ignores_rtr: bool = False
     tpdo_answers_forbidden_rtr: bool = Field(
         default=False, description="Answers a remote frame although bit 30 forbids it."
@@ -159,8 +238,37 @@ class Faults(BaseModel):
     tpdo_byte_order_ignored: bool = Field(
         default=False, description="The setting of the byte order changes nothing."
     )
+    tpdo_maps_too_much: bool = Field(
+        default=False, description="Accepts any number of mapped objects, whatever their length."
+    )
+    tpdo_ignores_count: bool = Field(
+        default=False, description="Sends what every mapping entry names, not the first ones alone."
+    )
+    tpdo_blanks: Address | None = Field(
+        default=None, description="An object that is 0 in every TPDO."
+    )
+    tpdo_keeps_cob_id: bool = Field(
+        default=False, description="Goes on with the CAN-ID it had as delivered."
+    )
+    cob_id_ignores_bit_29: bool = Field(
+        default=False, description="Takes a 29-bit identifier and sends its lowest 11 bits."
+    )
     cob_id_accepts_restricted: bool = False
     cob_id_changes_while_valid: bool = False
+
+    # SYNC
+    sync_keeps_cob_id: bool = Field(
+        default=False, description="Listens to 80h, whatever its COB-ID says."
+    )
+    sync_ends_after_data: bool = Field(
+        default=False, description="A SYNC with data is the last that is heard until a reset."
+    )
+    sync_takes_extended: bool = Field(
+        default=False, description="Takes a frame with a 29-bit identifier for SYNC."
+    )
+    sync_generated: bool = Field(
+        default=False, description="Sends SYNC itself, although its COB-ID says no."
+    )
 
     # store and restore
     store_any_signature: bool = False
@@ -330,6 +438,11 @@ class Faults(BaseModel):
         default=False, description="A node-ID is stored when configured."
     )
     lss_store_forgets: bool = Field(default=False, description="Confirms a store, stores nothing.")
+
+    # lights
+    lights_show: dict[LightCondition, dict[str, str]] = Field(
+        default={}, description="Under a condition, the pattern that a light shows instead."
+    )
 
 
 class _File(BaseModel):

@@ -21,16 +21,22 @@ from conformance.simulator.store import ParameterStore
 from conformance.simulator.tpdo import TpdoProducer
 from conformance.spec.fields import key_of
 from conformance.spec.model import DeviceSpec, StateName
+from conformance.spec.services import LightCondition
 from conformance.wire import cob_id, sync
 from conformance.wire.errors import WireError
 from conformance.wire.frame import Frame
-from conformance.wire.nmt import NmtCommand, NmtState
+from conformance.wire.nmt import NmtCommand, NmtState, decode_heartbeat
 
 _STATE_NAMES: Final[dict[NmtState, StateName]] = {
     NmtState.PRE_OPERATIONAL: "pre-operational",
     NmtState.OPERATIONAL: "operational",
     NmtState.STOPPED: "stopped",
 }
+
+_SYNC_PERIOD_NS: Final = 100_000_000
+"""Of a device that generates SYNC by a defect."""
+
+_MS: Final = 1_000_000
 
 
 class Hardware(LssTarget, Protocol):
@@ -76,13 +82,15 @@ class Firmware:
     def boot(self, *, power_on: bool) -> None:
         """Send the boot-up message and enter Pre-operational, or the state it starts in."""
         self._heartbeat.boot()
+        if self.node.faults.sync_generated:
+            self._generate_sync()
         self._enter(NmtState.PRE_OPERATIONAL)
         self.emcy.boot()
         if self._starts_by_itself(power_on=power_on):
             self._enter(NmtState.OPERATIONAL)
 
     def _starts_by_itself(self, *, power_on: bool) -> bool:
-        rule = self._nmt_spec.start_by
+        rule = None if self.node.faults.start_object_ignored else self._nmt_spec.start_by
         if rule is not None and (power_on or rule.after == "every-start"):
             word = self.node.dictionary.number(*key_of(rule.object))
             if word & rule.mask == rule.value:
@@ -96,10 +104,8 @@ class Firmware:
 
     def receive(self, frame: Frame) -> None:
         """Handle one frame."""
-        if frame.extended:
-            return
-        if frame.remote:
-            self._tpdos.requested(frame.can_id)
+        if frame.extended or frame.remote:
+            self._receive_unusual(frame)
         elif self._is_sdo_request(frame):
             self._sdo.receive(frame.data)
         elif frame.can_id == cob_id.NMT:
@@ -108,7 +114,30 @@ class Firmware:
             if self._lss is not None:
                 self._lss.receive(frame.data)
         elif self._is_sync(frame):
-            self._tpdos.sync()
+            self._synchronise(frame)
+        elif self.node.faults.follows_other_heartbeats and _tells_stopped(frame):
+            self._enter(NmtState.STOPPED)
+
+    def _receive_unusual(self, frame: Frame) -> None:
+        """Handle a remote frame, or one with a 29-bit identifier."""
+        if "hears-any-frame" in self.node.faults.sdo_habits and self._is_sdo_request(frame):
+            self._sdo.receive(frame.data.ljust(8, b"\0"))
+        elif frame.extended:
+            if self.node.faults.sync_takes_extended and frame.can_id == self._sync_id():
+                self._tpdos.sync()
+        elif frame.can_id == cob_id.heartbeat(self.node.node_id):
+            self._heartbeat.requested()
+        else:
+            self._tpdos.requested(frame.can_id)
+
+    def light_conditions(self) -> set[LightCondition]:
+        """Return what of the conditions that lights show holds now."""
+        holding: set[LightCondition] = {"no-error", self.node.dictionary.state}
+        if self.emcy.beyond_limits:
+            holding.add("angle-limit")
+        if self._lss is not None and self._lss.configuring:
+            holding.add("lss-configuration")
+        return holding
 
     def _is_sdo_request(self, frame: Frame) -> bool:
         if self.node.faults.sdo_serves_other_nodes:
@@ -116,18 +145,31 @@ class Firmware:
         return frame.can_id == cob_id.sdo_request(self.node.node_id)
 
     def _is_sync(self, frame: Frame) -> bool:
-        if self._sync is None:
+        if self._sync is None or frame.can_id != self._sync_id():
             return False
-        index, can_id = self._sync.object, cob_id.SYNC
-        if index is not None:
-            can_id = self.node.dictionary.number(index) & CAN_ID
-        if frame.can_id != can_id:
-            return False
+        if self.node.faults.sync_ends_after_data:
+            return True
         try:
             sync.decode(frame)
         except WireError:
             return False
         return True
+
+    def _sync_id(self) -> int:
+        index = None if self._sync is None else self._sync.object
+        if index is None or self.node.faults.sync_keeps_cob_id:
+            return cob_id.SYNC
+        return self.node.dictionary.number(index) & CAN_ID
+
+    def _synchronise(self, frame: Frame) -> None:
+        if self.node.faults.sync_ends_after_data and frame.data:
+            self._sync = None
+        else:
+            self._tpdos.sync()
+
+    def _generate_sync(self) -> None:
+        self.node.send(sync.encode(sync.Sync(), self._sync_id()))
+        self.node.agenda.after(_SYNC_PERIOD_NS, self._generate_sync)
 
     def _enter(self, state: NmtState) -> None:
         before = self.node.state
@@ -137,3 +179,18 @@ class Firmware:
             self._sdo.silence()
         self._heartbeat.entered(before)
         self._tpdos.entered(before)
+        self._leave_operational_later()
+
+    def _leave_operational_later(self) -> None:
+        """Leave Operational after a while, as only a defective device does."""
+        lasts_ms = self.node.faults.leaves_operational_after_ms
+        if lasts_ms is not None and self.node.state is NmtState.OPERATIONAL:
+            enter = partial(self._enter, NmtState.PRE_OPERATIONAL)
+            self.node.agenda.after(lasts_ms * _MS, enter)
+
+
+def _tells_stopped(frame: Frame) -> bool:
+    try:
+        return decode_heartbeat(frame).state is NmtState.STOPPED
+    except WireError:
+        return False

@@ -19,7 +19,11 @@ from conformance.wire.nmt import NmtState
 ANSWER_NS = 300_000
 """From the end of a request to its answer being handed to the CAN controller."""
 
+BUSY_NS = 2_000_000
+"""What a server needs in addition whose answers wait for each other."""
+
 _SEGMENT = 7
+_INITIATES = (0x20, 0x40)
 _ABORT = 0x80
 _BLOCK = (0xA0, 0xC0)
 _UNKNOWN = 0xE0
@@ -54,6 +58,10 @@ class SdoServer:
         self._delay_ns = ANSWER_NS + round(self._faults.sdo_answer_delay_ms * 1e6)
         self._count = 0
         self._hung = False
+        self._habits = node.faults.sdo_habits
+        self._heard = b""
+        if "mixes-answers" in self._habits:
+            self._delay_ns += BUSY_NS
 
     def silence(self) -> None:
         """Drop the transfer and the answers not sent yet, as in Stopped."""
@@ -69,8 +77,13 @@ class SdoServer:
             if not self._faults.sdo_answers_short_requests:
                 return
             data = data.ljust(8, b"\0")
+        self._heard = data
         if self._ignores(data[0] & 0xE0):
             return
+        if self._transfer is not None and data[0] & 0xE0 in _INITIATES:
+            if "sticks-to-transfer" in self._habits:
+                return
+            self._interrupt()
         try:
             answer = self._handle(data)
         except SdoAbortError as error:
@@ -102,15 +115,30 @@ class SdoServer:
         if isinstance(request, sdo.DownloadSegment):
             return self._download_segment(request)
         if isinstance(request, sdo.Abort):
-            self._transfer = None
-            return None
+            return self._end(request)
         raise SdoAbortError(AbortCode.UNKNOWN_COMMAND_SPECIFIER)
+
+    def _end(self, request: sdo.Abort) -> sdo.Response | None:
+        """End the transfer, as the client wants it."""
+        if "ignores-client-abort" not in self._habits:
+            self._transfer = None
+        return request if "answers-client-abort" in self._habits else None
+
+    def _interrupt(self) -> None:
+        """Drop the transfer for a new one."""
+        download, self._transfer = self._transfer, None
+        if isinstance(download, _Download) and "stores-interrupted" in self._habits:
+            entry = self._node.dictionary.entries[download.key]
+            octets = self._node.dictionary.most_octets(download.key)
+            data = bytes(download.data).ljust(octets, b"\0")
+            self._node.dictionary.set(download.key, entry.type.decode(data))
 
     def _start_upload(self, key: Key) -> sdo.Response:
         self._transfer = None
         data = self._node.dictionary.upload(key)
         if 1 <= len(data) <= 4 and not self._comes_in_segments(key):
-            return sdo.InitiateUploadReply(*key, data)
+            size = len(data) if self._tells_size(key) else None
+            return sdo.InitiateUploadReply(*key, data, size=size)
         self._transfer = _Upload(key, data)
         size = len(data) + self._faults.sdo_size_wrong
         return sdo.InitiateUploadReply(*key, expedited=False, size=size)
@@ -120,14 +148,22 @@ class SdoServer:
         is_text = entry is not None and entry.type is DataType.VISIBLE_STRING
         return is_text and self._spec is not None and self._spec.short_texts == "segmented"
 
+    def _tells_size(self, key: Key) -> bool:
+        entry = self._node.dictionary.entries.get(key)
+        is_number = entry is not None and entry.type.size is not None
+        untold = self._spec is not None and self._spec.upload_size == "untold"
+        return not (is_number and untold)
+
     def _upload_segment(self, request: sdo.UploadSegment) -> sdo.Response:
         upload = self._transfer
         if not isinstance(upload, _Upload):
+            if "serves-idle-segments" in self._habits:
+                return sdo.UploadSegmentReply(request.toggle, b"", last=True)
             raise SdoAbortError(AbortCode.UNKNOWN_COMMAND_SPECIFIER)
         self._check_toggle(upload, toggle=request.toggle)
         data = upload.data[upload.sent : upload.sent + _SEGMENT]
         upload.sent += len(data)
-        last = upload.sent == len(upload.data)
+        last = upload.sent == len(upload.data) and not self._faults.sdo_never_ends
         if last:
             self._transfer = None
         toggle = request.toggle and not self._faults.sdo_toggle_stuck
@@ -136,8 +172,10 @@ class SdoServer:
     def _start_download(self, key: Key, request: sdo.InitiateDownload) -> sdo.Response:
         self._transfer = None
         dictionary = self._node.dictionary
+        if "confirms-unknown" in self._habits and key not in dictionary.entries:
+            return sdo.InitiateDownloadAck(*key)
         if request.expedited:
-            dictionary.download(key, request.data, padded=request.size is None)
+            self._download_at_once(key, request)
         else:
             if self._spec is not None and not self._spec.segmented_download:
                 raise SdoAbortError(AbortCode.UNSUPPORTED_ACCESS)
@@ -145,18 +183,33 @@ class SdoServer:
             self._transfer = _Download(key, request.size)
         return sdo.InitiateDownloadAck(*key)
 
+    def _download_at_once(self, key: Key, request: sdo.InitiateDownload) -> None:
+        data, unsized = request.data, request.size is None
+        if unsized and self._spec is not None and self._spec.unsized_download == "refused":
+            raise SdoAbortError(AbortCode.UNKNOWN_COMMAND_SPECIFIER)
+        if unsized and "shifts-unsized" in self._habits:
+            data = data[1:] + data[:1]
+        self._node.dictionary.download(key, data, padded=unsized)
+
     def _download_segment(self, request: sdo.DownloadSegment) -> sdo.Response:
         download = self._transfer
         if not isinstance(download, _Download):
+            if "serves-idle-segments" in self._habits:
+                return sdo.DownloadSegmentAck(request.toggle)
             raise SdoAbortError(AbortCode.UNKNOWN_COMMAND_SPECIFIER)
         self._check_toggle(download, toggle=request.toggle)
         download.data += request.data
-        if len(download.data) > self._node.dictionary.most_octets(download.key):
+        octets = self._node.dictionary.most_octets(download.key)
+        if "takes-any-total" in self._habits and request.last:
+            download.data = download.data[:octets].ljust(octets, b"\0")
+            download.size = octets
+        if len(download.data) > octets:
             raise SdoAbortError(AbortCode.LENGTH_TOO_HIGH)
         if request.last:
             if download.size not in (None, len(download.data)):
                 raise SdoAbortError(AbortCode.LENGTH_MISMATCH)
-            self._node.dictionary.download(download.key, bytes(download.data))
+            if "drops-segments" not in self._habits:
+                self._node.dictionary.download(download.key, bytes(download.data))
             self._transfer = None
         return sdo.DownloadSegmentAck(request.toggle and not self._faults.sdo_toggle_stuck)
 
@@ -180,6 +233,8 @@ class SdoServer:
         if every is not None and self._count % every == 0:
             return
         data = self._spoil(data)
+        if "mixes-answers" in self._habits:
+            self._answers = deque((at, it[:4] + data[4:]) for at, it in self._answers)
         due_ns = self._node.agenda.now_ns + self._delay_ns
         self._answers.append((due_ns, data))
         if self._faults.sdo_answers_twice:
@@ -193,6 +248,10 @@ class SdoServer:
             data = data[:4] + data[:3:-1]
         if self._faults.sdo_answers_wrong_sub and command in (0x40, 0x60):
             data = data[:3] + bytes(((data[3] + 1) & 0xFF,)) + data[4:]
+        if "echoes-data" in self._habits and command == 0x60:
+            data = data[:4] + self._heard[4:]
+        if "tells-four-octets" in self._habits and data[0] & 0xE3 == 0x43:
+            data = b"\x43" + data[1:]
         return data
 
     def _send_due(self, due_ns: int) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from conformance.spec.fields import (
     Address,
@@ -40,7 +40,22 @@ Effective: TypeAlias = Literal[
 ]
 Word = Annotated[int, Field(ge=0, le=0xFFFF)]
 Bit = Annotated[int, Field(ge=0, le=7)]
+Milliseconds = Annotated[int, Field(ge=1, le=60_000)]
 TiltAxis: TypeAlias = Literal["tilt-x", "tilt-y"]
+LightCondition: TypeAlias = Literal[
+    "supply-off",
+    "pre-operational",
+    "operational",
+    "stopped",
+    "no-error",
+    "warning-limit",
+    "guard-event",
+    "bus-off",
+    "angle-limit",
+    "lss-configuration",
+]
+STEADY = ("off", "on")
+"""The patterns of a light that need no times."""
 
 
 class StartBy(StrictModel):
@@ -57,11 +72,13 @@ class Nmt(StrictModel):
     """NMT slave: boot-up message and what follows it.
 
     ``reset_communication``: what NMT reset communication resets.
+    ``boot_up_ms``: the longest time from a start to the boot-up message.
     """
 
     automatic_start: bool = False
     start_by: StartBy | None = None
     reset_communication: Literal["communication", "everything"] = "communication"
+    boot_up_ms: Annotated[int, Field(ge=1)] | None = None
     source: Source
 
 
@@ -72,10 +89,22 @@ class Service(StrictModel):
 
 
 class SdoServer(Service):
-    """SDO server; ``short_texts``: how a text of up to four octets is uploaded."""
+    """SDO server.
+
+    ``short_texts``: how a text of up to four octets is uploaded.
+    ``short_numbers``: how a number of up to four octets is uploaded; the standard leaves it to the
+    server.
+    ``upload_size``: whether an expedited upload of a number says how many octets it has.
+    ``unsized_download``: what becomes of an expedited download that does not say so.
+    ``block``: whether block transfers are offered.
+    """
 
     short_texts: Literal["expedited", "segmented"] = "expedited"
+    short_numbers: Literal["expedited", "either"] = "either"
     segmented_download: bool = True
+    upload_size: Literal["told", "untold"] = "told"
+    unsized_download: Literal["accepted", "refused"] = "accepted"
+    block: bool = False
     source: Source
 
 
@@ -92,9 +121,13 @@ class HeartbeatProducer(Service):
 
 
 class SyncConsumer(Service):
-    """SYNC consumer and the object that holds its COB-ID; without one it is that of CiA 301."""
+    """SYNC consumer and the object that holds its COB-ID; without one it is that of CiA 301.
+
+    ``restricted``: what becomes of a CAN-ID that CiA 301 keeps for other services.
+    """
 
     object: Index | None = None
+    restricted: Literal["refused", "accepted"] = "refused"
     source: Source
 
 
@@ -183,14 +216,32 @@ class ByteOrder(StrictModel):
     source: Source
 
 
+class MappingExample(StrictModel):
+    """A mapping that the manual shows: the words, and the event time in ms with which it is sent."""
+
+    tpdo: Annotated[int, Field(ge=1, le=512)]
+    words: Annotated[list[Annotated[int, Field(ge=0, le=0xFFFF_FFFF)]], Field(min_length=1)]
+    event_ms: Annotated[int, Field(ge=1, le=0xFFFF)]
+    source: Source
+
+
 class Tpdo(Service):
     """TPDO producer; one pair of communication and mapping object per TPDO.
 
     ``map_only_while``: what must hold before a mapping entry may be written.
+    ``map_otherwise``: ``waits``: it is confirmed, and in force once the TPDO is not valid.
+    ``restricted``: what becomes of a CAN-ID that CiA 301 keeps for other services.
     ``below_min_cycle``: what becomes of an event time shorter than the least cycle; ``raised``: it
     is read back as written, but the TPDO comes at the least cycle.
-    ``first``: whether a TPDO is sent on entering Operational without an event time too.
+    ``first``: whether a TPDO is sent on entering Operational: with an event time, or without one
+    too; ``open``: the manual does not say.
     ``octets``: length of every frame; that of the mapped objects when missing.
+    ``filler``: octets behind the mapped objects, where a frame is longer.
+    ``new_event_time``: what an event time written while the timer runs counts from.
+    ``event_time_acts``: with which transmission types a TPDO is sent by its event timer.
+    ``inhibited``: the TPDOs that the inhibit time keeps apart: all but those asked for by SYNC or a
+    remote frame, or only those sent on a change.
+    ``remote``: bit 30 of a COB-ID whose remote requests are answered.
     """
 
     count: Annotated[int, Field(ge=1, le=512)]
@@ -200,12 +251,20 @@ class Tpdo(Service):
     transmission_types: Annotated[list[Interval], Field(min_length=1)]
     other_types: Literal["refused", "accepted"] = "refused"
     map_only_while: list[Literal["disabled", "count-zero"]]
+    map_otherwise: Literal["refused", "waits"] = "refused"
+    examples: list[MappingExample] = Field(default=[])
     min_cycle_ms: int | None = None
     below_min_cycle: Literal["refused", "raised", "ignored"] = "refused"
-    first: Literal["with-event-time", "always"] = "with-event-time"
+    first: Literal["open", "with-event-time", "always"] = "open"
     octets: Annotated[int, Field(ge=1, le=8)] | None = None
+    filler: Literal["any", "zero"] = "any"
+    new_event_time: Literal["next-run", "next-start"] = "next-run"
+    event_time_acts: Literal["asynchronous", "always"] = "asynchronous"
+    inhibited: Literal["all", "changes"] = "all"
+    remote: Literal["bit-30-clear", "bit-30-set"] = "bit-30-clear"
     byte_order: ByteOrder | None = None
     change_while_valid: Literal["refused", "accepted"] = "refused"
+    restricted: Literal["refused", "accepted"] = "refused"
     inhibit_unit_us: Annotated[int, Field(ge=1)] = 100
     source: Source
 
@@ -264,6 +323,28 @@ class Lss(Service):
     source: Source
 
 
+class Leds(Service):
+    """Lights and what they show.
+
+    ``patterns``: by name, the ms lit and dark in turn; ``on`` and ``off`` need none.
+    ``shows``: under a condition, the pattern of each light; a condition further down goes first.
+    ``sources``: of single conditions.
+    """
+
+    patterns: dict[str, Annotated[list[Milliseconds], Field(min_length=2)]] = Field(default={})
+    shows: Annotated[dict[LightCondition, dict[str, str]], Field(min_length=1)]
+    sources: dict[LightCondition, Source] = Field(default={})
+    source: Source
+
+    @model_validator(mode="after")
+    def _knows_its_patterns(self) -> Leds:
+        known = (*STEADY, *self.patterns)
+        for name in (name for lights in self.shows.values() for name in lights.values()):
+            if name not in known:
+                raise ValueError(f"expected one of the patterns {', '.join(known)}, got {name!r}")
+        return self
+
+
 class Services(StrictModel):
     """One block per CANopen service the device offers."""
 
@@ -278,6 +359,7 @@ class Services(StrictModel):
     node_id: Changeable | None = None
     bitrate: Changeable | None = None
     lss: Lss | None = None
+    leds: Leds | None = None
 
     def of_variant(self, variant: str) -> Services:
         """Return the services that one variant offers."""

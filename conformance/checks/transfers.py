@@ -1,0 +1,165 @@
+"""SDO transfers step by step: what to download, and what is left when one is broken off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from conformance.bench.node import PROBE, Node
+from conformance.bench.sdo import Answer, Transfer
+from conformance.bench.second_values import can_be_set, is_cob_id, second_values
+from conformance.checks import cases
+from conformance.checks.steps import own_value
+from conformance.errors import SetupRefused
+from conformance.requirements import CIA301, Case
+from conformance.spec.document import SdoServer
+from conformance.spec.model import DeviceSpec, Entry
+from conformance.verdict import Verdict
+from conformance.wire import sdo
+from conformance.wire.abort import AbortCode, describe
+
+EXPEDITED = 4
+"""Octets of an expedited transfer."""
+SEGMENT = 7
+"""Octets of a segment."""
+NO_SEGMENTS = (
+    AbortCode.UNKNOWN_COMMAND_SPECIFIER,
+    AbortCode.UNSUPPORTED_ACCESS,
+    AbortCode.GENERAL_ERROR,
+)
+"""How a server says that it has no download in segments."""
+
+
+def one_per_size(spec: DeviceSpec) -> Iterable[Case]:
+    """One setting of each length that has a second value and no effect of its own."""
+    chosen: dict[int, Entry] = {}
+    for entry in spec.entries.values():
+        if entry.type.size is not None and _is_plain(entry, spec):
+            chosen.setdefault(entry.type.size, entry)
+    for _, entry in sorted(chosen.items()):
+        yield Case(entry.address, entry, entry.source_of("type"))
+
+
+def up_to_four_octets(spec: DeviceSpec) -> Iterable[Case]:
+    """One setting of each length that fits an expedited transfer."""
+    return (case for case in one_per_size(spec) if case.subject.type.size <= EXPEDITED)
+
+
+def longest(spec: DeviceSpec) -> Iterable[Case]:
+    """The longest of these settings."""
+    return list(one_per_size(spec))[-1:]
+
+
+def _is_plain(entry: Entry, spec: DeviceSpec) -> bool:
+    bound = entry.writable_while or spec.partner(entry.key) is not None or cases.reach(entry, spec)
+    return (
+        cases.writable(entry, spec)
+        and can_be_set(entry, spec)
+        and entry.effective == "at-once"
+        and not bound
+        and not cases.is_pdo_object(entry, spec)
+        and not is_cob_id(entry, spec)
+    )
+
+
+def held_and_new(node: Node, entry: Entry) -> tuple[bytes, bytes]:
+    """Return what a setting holds, not 0, and what else it may hold; whatever it gets is undone.
+
+    Raises:
+        SetupRefused: There is no other value, or the node does not take it.
+    """
+    own = own_value(node, entry)
+    other = second_values(node.spec, {entry.key: own}, default_will_do=True).get(entry.key)
+    if other is None:
+        raise SetupRefused(f"{entry.address} has no other value to try")
+    node.will_change(*entry.key)
+    if any(own):
+        return own, other
+    node.put_back(entry.key, other)
+    return other, own
+
+
+# Downloads in segments, which a server may have or not
+
+
+def may_refuse_segments(spec: DeviceSpec) -> bool:
+    """Tell whether a server may be without download in segments: no object surely needs it."""
+    if any(not _server(it.sdo_server).segmented_download for it, _ in spec.services_readings):
+        return True
+    return not any(
+        all(_is_long(reading) for reading in entry.readings)
+        for entry in spec.entries.values()
+        if cases.present(entry, spec)
+    )
+
+
+def _is_long(entry: Entry) -> bool:
+    least = entry.octets[0] if entry.octets else 0
+    return entry.writable and (entry.type.size or least) > EXPEDITED
+
+
+def _server(server: SdoServer | None) -> SdoServer:
+    return SdoServer(source=CIA301) if server is None else server
+
+
+def follow(node: Node, verdict: Verdict, attribute: str, value: object) -> None:
+    """Note which reading has the SDO server so, where a manual leaves it open."""
+    of = [(getattr(_server(it.sdo_server), attribute), o) for it, o in node.spec.services_readings]
+    if len({has for has, _ in of}) > 1:
+        for has, other in of:
+            if has == value and other is not None:
+                verdict.follows(other.ambiguity, other.reading)
+
+
+def announced(node: Node, entry: Entry, size: int, verdict: Verdict) -> bool:
+    """Begin a download in segments; a server that has none may say so, which is judged.
+
+    Raises:
+        SetupRefused: The server neither begins nor properly refuses.
+    """
+    answer = node.sdo.ask(sdo.InitiateDownload(*entry.key, expedited=False, size=size))
+    if isinstance(answer.response, sdo.InitiateDownloadAck):
+        return True
+    if not may_refuse_segments(node.spec) or answer.code not in NO_SEGMENTS:
+        raise SetupRefused(f"no download in segments to {entry.address} ({answer}), see SDO-09")
+    verdict.holds(
+        f"download in segments to {entry.address}",
+        expected="60h, or an abort",
+        actual=str(answer),
+        ok=True,
+    )
+    return False
+
+
+# What is left
+
+
+def judge_holds(node: Node, entry: Entry, data: bytes, verdict: Verdict) -> None:
+    """Judge what an entry holds."""
+    transfer = node.sdo.upload(*entry.key)
+    held = transfer.data if transfer.sized else (transfer.data or b"")[: len(data)]
+    verdict.holds(
+        f"value of {entry.address} afterwards",
+        expected=data.hex(" ").upper(),
+        actual=str(transfer),
+        ok=held == data,
+    )
+
+
+def judge_abort(what: str, answer: Answer | Transfer, verdict: Verdict, *codes: AbortCode) -> None:
+    """Judge that something was answered with an abort, with one of some codes or the general one."""
+    allowed = tuple(dict.fromkeys((*codes, AbortCode.GENERAL_ERROR)))
+    code = answer.code if isinstance(answer, Answer) else answer.abort
+    verdict.holds(
+        what,
+        expected=" or ".join(f"abort {describe(it)}" for it in allowed) if codes else "an abort",
+        actual=str(answer),
+        ok=code is not None and (not codes or code in allowed),
+    )
+
+
+def judge_recovery(node: Node, verdict: Verdict) -> None:
+    """Judge that the next transfer is served."""
+    transfer = node.sdo.upload(*PROBE)
+    verdict.holds(
+        "the next upload", expected="confirmed", actual=str(transfer), ok=transfer.confirmed
+    )
