@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
-import subprocess
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from multiprocessing.context import BaseContext
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import forked_command
 import pytest
 
-COMMAND = Path(sys.executable).parent / "canopen-conformance"
 SPECS = Path(__file__).parents[1] / "device_specs"
 
 
@@ -50,23 +50,38 @@ class Finished:
 Command: TypeAlias = Callable[..., Finished]
 
 
+@pytest.fixture(scope="session")
+def processes() -> Iterator[BaseContext]:
+    """Return what starts commands: forked, where that can be, from a process that did their start-up."""
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("NO_COLOR", "1")
+        environment.setenv("COLUMNS", "200")
+        folder = str(Path(forked_command.__file__).parent)
+        environment.setenv("PYTHONPATH", folder, prepend=os.pathsep)
+        forks = "forkserver" in multiprocessing.get_all_start_methods()
+        context = multiprocessing.get_context("forkserver" if forks else "spawn")
+        context.set_forkserver_preload(["conformance.cli", "command_start_up"])
+        yield context
+
+
 @pytest.fixture
-def command(tmp_path: Path) -> Command:
+def command(tmp_path: Path, processes: BaseContext) -> Command:
     """Run `canopen-conformance` with some arguments, in a folder of its own."""
 
     def run(*arguments: str | Path, expect_traceback: bool = False) -> Finished:
-        environment = {**os.environ, "NO_COLOR": "1", "COLUMNS": "200"}
-        done = subprocess.run(
-            [COMMAND, *map(str, arguments)],
-            capture_output=True,
-            encoding="utf-8",
-            cwd=tmp_path,
-            env=environment,
-            timeout=240,
-            check=False,
+        out, err = tmp_path / "out.txt", tmp_path / "err.txt"
+        texts = [str(argument) for argument in arguments]
+        process = processes.Process(  # type: ignore[attr-defined]  # typeshed has it on the subclasses only
+            target=forked_command.run, args=(texts, tmp_path, out, err)
         )
-        assert expect_traceback or "Traceback" not in done.stdout + done.stderr
-        return Finished(done.returncode, done.stdout, done.stderr, tmp_path / "record")
+        process.start()
+        process.join(240)
+        if process.exitcode is None:
+            process.kill()
+            process.join()
+        printed, errors = out.read_text("utf-8"), err.read_text("utf-8")
+        assert expect_traceback or "Traceback" not in printed + errors
+        return Finished(process.exitcode or 0, printed, errors, tmp_path / "record")
 
     return run
 

@@ -1,0 +1,9 @@
+"""What every command begins with, and what takes longer than most of them: imported once, then forked."""
+
+from conformance import resources
+from conformance.catalogue import load_checks
+from conformance.spec.load import load_spec
+
+load_checks()
+for name in resources.names("device_specs"):
+    load_spec(resources.find("device_specs", name, "DEVICE"))
