@@ -12,17 +12,19 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from conformance import resources
+from conformance import resources, scanning
 from conformance.bench.definition import load_bench
 from conformance.bench.session import Bench
 from conformance.checks import JUDGED_SERVICES
 from conformance.effects import Effect, Need
-from conformance.errors import BenchError
+from conformance.errors import BenchError, ConformanceError
 from conformance.options import RunOptions, refusal, selection, simulation
 from conformance.report.eds_word import EdsWord
 from conformance.report.junit import explain, write_junit
 from conformance.report.results import Item, Results
+from conformance.report.scanned import Scanned
 from conformance.requirements import Case, Requirement
+from conformance.scanning import ScanProgress
 from conformance.spec.eds.reader import read_eds
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
@@ -46,6 +48,7 @@ class Run:
     def __init__(self, options: RunOptions, progress: Callable[[Item], None] | None = None) -> None:
         self.options = options
         self.progress = progress
+        self.scan_progress: ScanProgress | None = None
         self.definition = load_bench(resources.find("fixtures/benches", options.bench, "--bench"))
         file = load_spec(resources.find("device_specs", options.device, "DEVICE"))
         node_id = self.definition.node_id if options.node_id is None else options.node_id
@@ -74,6 +77,11 @@ class Run:
                 "restoring the factory settings would move the node to another node-ID or bit rate"
             )
         return refusal(self.definition, effects, needs)
+
+    @property
+    def asks(self) -> bool:
+        """A person at the terminal is asked questions."""
+        return self.definition.operator == "terminal"
 
     def selects(self, requirement: Requirement, case: Case) -> bool:
         """Tell whether the user's selection includes an item."""
@@ -205,10 +213,31 @@ class Run:
         self.results.items.append(item)
         if self.progress is not None:
             self.progress(item)
+        self._save_now_and_then()
+
+    def _save_now_and_then(self) -> None:
         now = time.monotonic()
         if now - self._saved >= SAVE_EVERY_S:
             self._saved = now
             self._save()
+
+    def scan(self) -> None:
+        """Walk over the object dictionary, if that was asked for and the run did not end early."""
+        if not self.options.scan or self._bench is None or self.results.aborted:
+            return
+        if reason := self.refuses(("reads",), ()):
+            self.abort(f"no scan: {reason}")
+            return
+        try:
+            ended = scanning.scan(self._bench, self._keep_scanned, self.scan_progress)
+        except ConformanceError as error:
+            ended = str(error)
+        if ended:
+            self.abort(f"scan: {ended}")
+
+    def _keep_scanned(self, scanned: Scanned) -> None:
+        self.results.scanned = scanned
+        self._save_now_and_then()
 
     def explain(self, item: Item) -> str:
         """Return a result as text for a terminal."""

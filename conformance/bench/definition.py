@@ -49,7 +49,7 @@ class BenchDefinition(BaseModel):
     options: dict[str, Any] = {}
     power: Literal["none", "simulator"] = "none"
     stimulus: dict[Quantity, Literal["simulator"]] = {}
-    operator: Literal["none", "simulator"] = "none"
+    operator: Literal["none", "simulator", "terminal"] = "none"
     second_node: Literal["none", "simulator"] = "none"
     allow: list[Effect] = ["reads", "writes", "resets"]
     sdo_timeout_s: Annotated[float, Field(gt=0, le=60)] = 1.0

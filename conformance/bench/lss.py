@@ -118,9 +118,9 @@ class LssPort:
 
     def enter_nmt(self, state: StateName | None = None) -> None:
         """Enter an NMT state, by default one in which every reading has LSS."""
-        self.node.nmt(_ENTER[state or self._state()])
+        self.node.nmt(_ENTER[state or self.usable_state()])
 
-    def _state(self) -> StateName:
+    def usable_state(self) -> StateName:
         """Return the first NMT state in which every reading of the manual has LSS."""
         for state in _ENTER:
             services = [services.lss for services, _ in self.node.spec.services_readings]

@@ -33,6 +33,9 @@ class SimulatedRig(Protocol):
     def at_rest(self) -> None:
         """Bring tilt, temperature and supply voltage back to what they were at first."""
 
+    def lit(self, light: str) -> bool:
+        """Tell whether a light of the first simulated device is lit now."""
+
     def add_twin(self, serial_number: int) -> None:
         """Put another device like the first one on the bus, with its node-ID."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from conformance.bench.definition import BenchDefinition
 from conformance.bench.link import Link
 from conformance.bench.node import Node
 from conformance.bench.observations import Observations
+from conformance.bench.operator import Operator, operator_of
 from conformance.bench.reach import Place, Reach
 from conformance.bench.trace import Trace
 from conformance.errors import BenchError, ConformanceError, SpecError
@@ -66,6 +67,11 @@ class Bench:
             open_at if definition.sets_bitrate else None,
         )
         return cls(definition, spec, link)
+
+    @cached_property
+    def operator(self) -> Operator:
+        """Who looks at the device."""
+        return operator_of(self.definition, self.link)
 
     def node(self) -> Node:
         """Return the node for the next check."""

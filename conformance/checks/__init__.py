@@ -18,6 +18,7 @@ JUDGED_SERVICES = frozenset(
         "node_id",
         "bitrate",
         "lss",
+        "leds",
     }
 )
 """The services of a spec that checks judge; a report says which documented ones are left out."""

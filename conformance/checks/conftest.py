@@ -8,6 +8,7 @@ import pytest
 
 from conformance.bench.emcy import EmcyPort
 from conformance.bench.heartbeat import HeartbeatPort
+from conformance.bench.lights import LightsPort
 from conformance.bench.lss import LssPort
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
@@ -68,6 +69,12 @@ def lss(bench: Bench, node: Node, spec: DeviceSpec) -> Iterator[LssPort]:
     port = LssPort(node, bench.reach, spec.services.lss)
     yield port
     port.leave()
+
+
+@pytest.fixture
+def lights(bench: Bench, spec: DeviceSpec) -> LightsPort:
+    """The node's lights, looked at by the bench's operator."""
+    return LightsPort(spec, bench.operator)
 
 
 @pytest.fixture

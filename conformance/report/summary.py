@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Callable
 from typing import Protocol, Self
 
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.progress import Progress as Bar
 
 from conformance.report.console import Terminal, console
 from conformance.report.junit import explain
 from conformance.report.results import VERDICTS, Item, Results
+from conformance.report.scanned import Scanned
 
 MOST_NAMED = 20
 MOST_OF_ONE = 3
+SAID_EVERY_S = 10.0
 HEADLINES = {
     "conforms": ("CONFORMS", "bold green"),
     "deviates": ("DEVIATES", "bold red"),
@@ -28,9 +37,13 @@ class Reported(Protocol):
     results: Results
     total: int
 
+    @property
+    def asks(self) -> bool:
+        """A person at the terminal is asked questions."""
+
 
 class Progress:
-    """A bar on a terminal, a line per service elsewhere.
+    """A bar on a terminal, a line per service elsewhere and where questions are asked.
 
     Args:
         run: The run.
@@ -38,6 +51,7 @@ class Progress:
 
     def __init__(self, run: Reported) -> None:
         self._run = run
+        self._in_lines = run.asks or not console.out.is_terminal
         self._service = ""
         self._counts: Counter[str] = Counter()
         self._bar = Bar(
@@ -47,9 +61,10 @@ class Progress:
             TimeElapsedColumn(),
             console=console.out,
             transient=True,
-            disable=not console.out.is_terminal,
+            disable=self._in_lines,
         )
         self._task = self._bar.add_task("", total=None)
+        self._scan_began = self._said = 0.0
 
     def __enter__(self) -> Self:
         self._bar.start()
@@ -70,8 +85,25 @@ class Progress:
         words = f"{_title(item.service)}" + (f", {deviations} deviations" if deviations else "")
         self._bar.update(self._task, total=self._run.total, advance=1, description=words)
 
+    def scan(self, done: int, total: int, found: int) -> None:
+        """Show how far the walk over the object dictionary is."""
+        if not self._scan_began:
+            self._scan_began = self._said = time.monotonic()
+            self._line()
+            self._service = ""
+            self._bar.columns = (*self._bar.columns, TimeRemainingColumn())
+            self._bar.reset(self._task)
+        words = "object dictionary" + (f", {found} undocumented" if found else "")
+        self._bar.update(self._task, total=total, completed=done, description=words)
+        now = time.monotonic()
+        if console.out.is_terminal or now - self._said < SAID_EVERY_S:
+            return
+        self._said = now
+        left_s = (now - self._scan_began) * (total - done) / done
+        console.say(f"{words}: {100 * done // total} %, {left_s:.0f} s left")
+
     def _line(self) -> None:
-        if self._service and not console.out.is_terminal:
+        if self._service and self._in_lines:
             counted = ", ".join(
                 f"{self._counts[v]} {_word(v)}" for v in VERDICTS if self._counts[v]
             )
@@ -104,6 +136,7 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     if isinstance(not_judged, list) and not_judged:
         words = ", ".join(str(name).replace("_", " ") for name in not_judged)
         terminal.say(f"documented, but not judged by these checks: {words}")
+    _scan(results.scanned, terminal)
     terminal.say()
     if results.aborted:
         terminal.say(f"The run ended early: {results.aborted}", style="bold yellow")
@@ -152,6 +185,18 @@ def _skipped(items: list[Item], terminal: Terminal) -> None:
         terminal.say()
     for reason, count in reasons.items():
         terminal.say(f"{_many(count, 'item')} skipped: {reason}")
+
+
+def _scan(scanned: Scanned | None, terminal: Terminal) -> None:
+    if scanned is None:
+        return
+    terminal.say()
+    terminal.say(str(scanned), style="bold")
+    for found in scanned.undocumented[:MOST_NAMED]:
+        terminal.say(f"  {found}")
+    more = len(scanned.undocumented) - MOST_NAMED
+    if more > 0:
+        terminal.say(f"… and {more} more in results.json")
 
 
 def _counts(results: Results) -> str:

@@ -11,6 +11,7 @@ from conformance.simulator.defaults import unstated_values
 from conformance.simulator.dictionary import ObjectDictionary
 from conformance.simulator.faults import Faults
 from conformance.simulator.firmware import Firmware
+from conformance.simulator.lights import is_lit
 from conformance.simulator.live import World
 from conformance.simulator.memory import NonVolatileMemory
 from conformance.simulator.node import Node
@@ -142,6 +143,13 @@ class SimulatedDevice:
         if self._firmware is not None:
             self._firmware.emcy.update()
 
+    def lit(self, light: str, now_ns: int) -> bool:
+        """Tell whether a light is lit; during the initialisation none is."""
+        holding = self._firmware.light_conditions() if self._firmware is not None else set()
+        if not self.powered:
+            holding = {"supply-off"}
+        return is_lit(self.spec.services.leds, self.faults, light, holding, now_ns)
+
     def raise_error(self, code: int, bit: int | None = None) -> None:
         """Let an error occur: its emergency error code, its bit of the manufacturer code."""
         if self._firmware is not None:
@@ -202,6 +210,7 @@ class SimulatedDevice:
         partial_reset = (
             command is NmtCommand.RESET_COMMUNICATION
             and self.spec.services.nmt.reset_communication == "communication"
+            and not self.faults.reset_communication_resets_all
         )
         scope = COMMUNICATION if partial_reset else EVERYTHING
         values = self._firmware.node.dictionary.changed()

@@ -114,6 +114,12 @@ class EmcyProducer:
         """Return whether an error with a code is present."""
         return any(error.code == code for error in self._errors)
 
+    @property
+    def beyond_limits(self) -> bool:
+        """Whether an angle is in error."""
+        causes = self._spec.causes if self._spec is not None else ()
+        return any(Error(cause.code, cause.bit) in self._errors for cause in causes)
+
     def raise_error(self, code: int, bit: int | None = None, axis: TiltAxis | None = None) -> None:
         """An error has occurred, found at an axis or elsewhere."""
         error = Error(code, bit)

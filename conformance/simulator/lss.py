@@ -84,6 +84,11 @@ class LssSlave:
             lss.IdentifyRemoteSlave: self._identify,
         }
 
+    @property
+    def configuring(self) -> bool:
+        """Whether the slave is in the LSS configuration state."""
+        return self._configuring
+
     def receive(self, data: bytes) -> None:
         """Handle the data of a frame from the LSS master; a service not allowed is ignored."""
         states = self._faults.lss_states

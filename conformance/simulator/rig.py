@@ -6,21 +6,16 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 
-from conformance.simulator.bus import SECOND, SimulatedBus
+from conformance.simulator.bus import SimulatedBus
 from conformance.simulator.device import SimulatedDevice
 
 
 class SimulatorRig(ABC):
-    """Power, stimulus and the clock of a simulated bus."""
+    """Power and stimulus of a simulated bus."""
 
     @abstractmethod
     def present(self) -> AbstractContextManager[SimulatedBus]:
         """Hold the bus, caught up with its clock."""
-
-    def now(self) -> float:
-        """Return the simulated time in seconds; message timestamps are of the same clock."""
-        with self.present() as bus:
-            return bus.now_ns / SECOND
 
     def power_off(self) -> None:
         """Switch all nodes off."""
@@ -69,6 +64,11 @@ class SimulatorRig(ABC):
             node.world_changed()
 
         self._stimulate(rest)
+
+    def lit(self, light: str) -> bool:
+        """Tell whether a light of the first node is lit now."""
+        with self.present() as bus:
+            return bus.nodes[0].lit(light, bus.now_ns)
 
     def add_twin(self, serial_number: int) -> None:
         """Put another node like the first one on the bus, with its node-ID."""

@@ -21,6 +21,7 @@ WORDS = {
     "node_id": "node-ID",
     "bitrate": "bit rate",
     "lss": "LSS",
+    "leds": "lights",
 }
 
 
