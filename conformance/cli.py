@@ -94,6 +94,9 @@ def run(
         bool, typer.Option("--strict", help="Deviations from a 'should' count as well.")
     ] = False,
     seed: Annotated[int, typer.Option(help="Seed of everything random.")] = 0,
+    scan: Annotated[
+        bool, typer.Option("--scan", help="Then look for objects that the manual does not name.")
+    ] = False,
 ) -> None:
     """Judge a device; exit 0 conforms, 1 deviates, 2 inconclusive or bench failed, 3 usage."""
     options = RunOptions(
@@ -110,6 +113,7 @@ def run(
         seed=seed,
         strict=strict,
         select=select,
+        scan=scan,
     )
     raise _Judged(runner.run(Run(options)))
 

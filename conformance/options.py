@@ -36,6 +36,7 @@ class RunOptions:
     seed: int = 0
     strict: bool = False
     select: str = ""
+    scan: bool = False
 
     @classmethod
     def from_pytest(cls, option: Any) -> RunOptions:
@@ -53,6 +54,7 @@ class RunOptions:
             report_dir=option.report_dir,
             seed=option.seed,
             strict=option.strict_level,
+            scan=option.scan,
         )
 
 

@@ -31,6 +31,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--strict-level", action="store_true", help="deviations at level should count as well"
     )
+    group.addoption(
+        "--scan", action="store_true", help="then look for objects that are not documented"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:

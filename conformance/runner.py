@@ -47,7 +47,7 @@ def run(run: Run) -> int:
         logging.getLogger(library).setLevel(logging.CRITICAL)  # what matters comes as an exception
     attach = _Attach(run)
     progress = Progress(run)
-    run.progress = progress.item
+    run.progress, run.scan_progress = progress.item, progress.scan
     plugins = ["conformance.plugin", "pytest_timeout", "no:terminal", "no:cacheprovider"]
     arguments = [
         *(f"-p{name}" for name in plugins),

@@ -96,7 +96,9 @@ class ConformanceSession:
         except (BenchError, SpecError) as error:
             self._run.abort(str(error))
             session.items.clear()
-        return (yield)
+        result = yield
+        self._run.scan()
+        return result
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self) -> None:
@@ -185,9 +187,13 @@ class ConformanceSession:
         if self._run.opened:
             terminalreporter.write_line(f"conformance record: {self._run.directory}")
 
+    def pytest_internalerror(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
+        """Let no run conform that a defect of the suite ended."""
+        self._run.abort(f"defect of the suite: {excinfo.typename}: {excinfo.value}")
+
     def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo[BaseException]) -> None:
         """Keep what was judged so far."""
-        if excinfo.errisinstance(KeyboardInterrupt):
+        if excinfo.type is KeyboardInterrupt:  # not pytest's own, which stops a session
             self._run.abort("interrupted by the user")
 
 

@@ -111,6 +111,8 @@ _ABORT = 4
 
 def _fits(request: bytes, response: bytes) -> bool:
     """Tell whether a response can be meant for a request: its kind, and the object it names."""
+    if not request or not response:
+        return False
     asked, answered = request[0] >> 5, response[0] >> 5
     same_object = request[1:4] == response[1:4]
     if asked in _INITIATES:

@@ -26,6 +26,7 @@ def to_junit(results: Results) -> str:
     }
     remarks = {item.id for item in results.remarks()}
     cases = [_case(item, remark=item.id in remarks) for item in results.items]
+    cases += _scan_cases(results)
     if results.aborted:
         case = TestCase("run", classname=f"{device['spec']}.bench")
         case.add_error_info(message=_legal(results.aborted))
@@ -68,6 +69,20 @@ def _case(item: Item, *, remark: bool) -> TestCase:
         word = item.verdict.replace("_", " ")
         case.add_skipped_info(message=_legal(f"{word}: {item.reason}"))
     return case
+
+
+def _scan_cases(results: Results) -> list[TestCase]:
+    """Return a remark per entry that is not documented, and a pass where there is none."""
+    if results.scanned is None:
+        return []
+    device = results.device["spec"]
+    cases = []
+    for found in results.scanned.undocumented:
+        case = TestCase(f"{device}/scan/{found.object}", classname=f"{device}.scan")
+        case.add_skipped_info(message=_legal(f"remark: not documented: {found}"))
+        cases.append(case)
+    took_s = results.scanned.duration_s
+    return cases or [TestCase(f"{device}/scan", classname=f"{device}.scan", elapsed_sec=took_s)]
 
 
 def headline(item: Item) -> str:

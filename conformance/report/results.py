@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from conformance.errors import BenchError
+from conformance.report.scanned import Scanned
 from conformance.verdict import VerdictWord
 
 JsonValue: TypeAlias = str | int | float | bool | list[Any] | dict[str, Any] | None
@@ -78,6 +79,7 @@ class Results:
         items: In the order in which they ran.
         strict: Deviations at level ``should`` count.
         aborted: Why the run ended early, empty if it did not.
+        scanned: What a walk over the object dictionary found; None without one.
     """
 
     run: dict[str, JsonValue]
@@ -86,6 +88,7 @@ class Results:
     strict: bool = False
     aborted: str = ""
     complete: bool = False
+    scanned: Scanned | None = None
 
     def counts(self) -> dict[str, int]:
         """Return how many items have each verdict."""
@@ -138,6 +141,8 @@ class Results:
             "items": [asdict(item) for item in self.items],
             "summary": summary,
         }
+        if self.scanned is not None:
+            document["scan"] = asdict(self.scanned)
         return json.dumps(document, indent=1, ensure_ascii=True)
 
     def write(self, path: Path) -> None:

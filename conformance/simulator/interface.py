@@ -190,6 +190,15 @@ class SimulatorBus(SimulatorRig, can.BusABC):
                 return message
         return None
 
+    def now(self) -> float:
+        """Return the simulated time in seconds; message timestamps are of the same clock."""
+        shared = self._shared
+        with shared.changed:
+            self._check_open()
+            shared.catch_up()
+            shared.note_user()
+            return self._bus.now_ns / SECOND
+
     def use_bitrate(self, bitrate: int) -> None:
         """Send and receive at another bit rate from now on, in bit/s."""
         with self._shared.changed:

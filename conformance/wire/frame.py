@@ -1,6 +1,5 @@
 """A classical CAN frame and its length on the bus (ISO 11898-1, CAN 2.0 A and B)."""
 
-import re
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
@@ -71,8 +70,7 @@ def bit_length(frame: Frame) -> int:
     header, width = _header(frame)
     content = header << 8 * len(frame.data) | int.from_bytes(frame.data, "big")
     width += 8 * len(frame.data) + 15
-    bits = f"{content << 15 | _crc15(content):0{width}b}"
-    return width + _stuff_bits(bits) + _UNSTUFFED_BITS
+    return width + _stuff_bits(content << 15 | _crc15(content), width) + _UNSTUFFED_BITS
 
 
 def _header(frame: Frame) -> tuple[int, int]:
@@ -101,11 +99,32 @@ def _crc15(bits: int) -> int:
     return crc
 
 
-_STUFFED_RUN: Final = re.compile(
-    r"0{5}(?:1{4}0{4})*(?:1{4})?|1{5}(?:0{4}1{4})*(?:0{4})?",
+def _stuffing_step(state: int, byte: int) -> int:
+    """Return 8 * stuff bits + new state; a state is 4 * last bit + equal bits so far - 1."""
+    stuffed, last, run = 0, state >> 2, (state & 3) + 1
+    for place in range(7, -1, -1):
+        bit = byte >> place & 1
+        run = run + 1 if bit == last else 1
+        last = bit
+        if run == 5:
+            stuffed, last, run = stuffed + 1, 1 - bit, 1
+    return stuffed << 3 | last << 2 | run - 1
+
+
+_STUFFING_TABLE: Final = tuple(
+    _stuffing_step(state, byte) for state in range(8) for byte in range(256)
 )
-"""Five equal bits, and the groups of four that reach five with the stuff bit before them."""
+_ALTERNATING: Final = 0b010101
+"""Before SOF, up to a whole byte: bits that stuff nothing."""
 
 
-def _stuff_bits(bits: str) -> int:
-    return sum((len(run) - 1) // 4 for run in _STUFFED_RUN.findall(bits))
+def _stuff_bits(bits: int, width: int) -> int:
+    """Return how many stuff bits a sequence gets that begins with SOF."""
+    more = -width % 8
+    padded = (_ALTERNATING & (1 << more) - 1) << width | bits
+    stuffed, state = 0, 4
+    for byte in padded.to_bytes((width + more) // 8, "big"):
+        step = _STUFFING_TABLE[state << 8 | byte]
+        stuffed += step >> 3
+        state = step & 7
+    return stuffed

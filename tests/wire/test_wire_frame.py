@@ -99,8 +99,10 @@ def test_bit_length_counts_each_bit_as_iso_11898_sends_it(frame: Frame) -> None:
 def test_runs_of_four_after_a_run_of_five_need_a_stuff_bit_each(first: str, length: int) -> None:
     other = "0" if first == "1" else "1"
     bits = (first + (first * 4 + other * 4) * 6)[:length]
-    assert _stuff_bits(bits) == max(0, (length - 1) // 4)
-    assert len(stuffed(bits)) == length + _stuff_bits(bits)
+    from_sof = bits if first == "0" else f"0{bits}"
+    stuff_bits = _stuff_bits(int(from_sof or "0", 2), len(from_sof))
+    assert stuff_bits == max(0, (length - 1) // 4)
+    assert len(stuffed(from_sof)) == len(from_sof) + stuff_bits
 
 
 @given(st.integers(0, 0x7FF), st.binary(max_size=8))
