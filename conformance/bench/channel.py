@@ -52,23 +52,33 @@ class SdoChannel:
         """Tell whether a frame is on the node's SDO response identifier."""
         return frame.can_id == self.response_id and not frame.extended and not frame.remote
 
-    def send(self, data: bytes) -> Stamped:
-        """Send a request as it is, after taking note of responses that came unasked."""
+    def send(self, data: bytes, *more: bytes) -> Stamped:
+        """Send a request as it is, after taking note of responses that came unasked.
+
+        Args:
+            data: The request.
+            more: Requests that follow without waiting for a response.
+        """
         self.settle()
         self._repeats_before = self._last_response if data != self._request else None
         self._request = data
         sent = self._link.send(Frame(self.request_id, data))
         self.times.sent(data, sent.time_s)
         self._mark = self._link.mark()
+        for self._request in more:
+            self._link.send(Frame(self.request_id, self._request))
         return sent
 
-    def receive(self) -> Stamped | None:
+    def receive(self, wait_s: float | None = None) -> Stamped | None:
         """Return the next response, None for silence.
 
         The response to the request before may come twice, the second time after this request was
         sent; that repetition answers nobody.
+
+        Args:
+            wait_s: Longest wait; the bench's for SDO by default.
         """
-        deadline = self._link.now() + self.timeout_s
+        deadline = self._link.now() + (self.timeout_s if wait_s is None else wait_s)
         while True:
             left_s = max(0.0, deadline - self._link.now())
             received = self._link.wait(self.is_response, left_s, self._mark)

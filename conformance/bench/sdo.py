@@ -32,6 +32,11 @@ class Answer:
     fault: str = ""
 
     @property
+    def command(self) -> int | None:
+        """The first octet of the response, None for silence or an empty frame."""
+        return self.received.frame.data[0] if self.received and self.received.frame.data else None
+
+    @property
     def code(self) -> int | None:
         """The abort code, None when the response is no abort."""
         return self.response.code if isinstance(self.response, sdo.Abort) else None
@@ -94,17 +99,34 @@ class SdoPort:
     def __init__(self, channel: SdoChannel) -> None:
         self._channel = channel
 
-    def ask(self, request: sdo.Request | bytes) -> Answer:
+    def ask(self, request: sdo.Request | bytes, *, wait_s: float | None = None) -> Answer:
         """Send one request and wait for one response.
 
         Args:
             request: A message, or the frame's data as they are.
+            wait_s: Longest wait where silence is as good; the bench's for SDO by default.
         """
         data = request if isinstance(request, bytes) else sdo.encode(request)
         sent = self._channel.send(data)
-        received = self._channel.receive()
+        return self._answer(sent, self._channel.timeout_s if wait_s is None else wait_s)
+
+    def ask_at_once(self, *requests: sdo.Request) -> list[Answer]:
+        """Send requests back to back and return the responses, one or more.
+
+        The last one is silence, unless there were as many responses as requests.
+        """
+        sent = self._channel.send(*(sdo.encode(request) for request in requests))
+        answers: list[Answer] = []
+        while len(answers) < len(requests):
+            answers.append(self._answer(sent, self._channel.timeout_s))
+            if answers[-1].received is None:
+                break
+        return answers
+
+    def _answer(self, sent: Stamped, wait_s: float) -> Answer:
+        received = self._channel.receive(wait_s)
         if received is None:
-            return Answer(sent, None, None, f"no response within {self._channel.timeout_s:g} s")
+            return Answer(sent, None, None, f"no response within {wait_s:g} s")
         try:
             return Answer(sent, received, sdo.decode_response(received.frame.data))
         except WireError as error:

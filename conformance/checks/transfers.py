@@ -49,6 +49,11 @@ def longest(spec: DeviceSpec) -> Iterable[Case]:
     return list(one_per_size(spec))[-1:]
 
 
+def longest_expedited(spec: DeviceSpec) -> Iterable[Case]:
+    """The longest of those that fit an expedited transfer."""
+    return list(up_to_four_octets(spec))[-1:]
+
+
 def _is_plain(entry: Entry, spec: DeviceSpec) -> bool:
     bound = entry.writable_while or spec.partner(entry.key) is not None or cases.reach(entry, spec)
     return (
@@ -74,8 +79,47 @@ def held_and_new(node: Node, entry: Entry) -> tuple[bytes, bytes]:
     node.will_change(*entry.key)
     if any(own):
         return own, other
-    node.put_back(entry.key, other)
+    transfer = node.write(*entry.key, other)
+    if not transfer.confirmed:
+        raise SetupRefused(f"{entry.address} does not take another value ({transfer}), see OD-11")
     return other, own
+
+
+# Uploads in segments
+
+
+def may_need_segments(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick what needs, or may need, more than one frame."""
+    sizes = {reading.type.size for reading in entry.readings}
+    return cases.readable(entry, spec) and all(it is None or it > EXPEDITED for it in sizes)
+
+
+def needs_segments(entry: Entry, spec: DeviceSpec) -> bool:
+    """Pick what surely needs more than one frame."""
+    size, value = entry.type.size, entry.default_value
+    if size is None and value is not None:
+        size = len(entry.type.encode(value))
+    return may_need_segments(entry, spec) and (size or 0) > EXPEDITED
+
+
+def begin_upload(node: Node, entry: Entry) -> None:
+    """Begin an upload in segments.
+
+    Raises:
+        SetupRefused: It does not come in segments.
+    """
+    answer = node.sdo.ask(sdo.InitiateUpload(*entry.key))
+    reply = answer.response
+    if not isinstance(reply, sdo.InitiateUploadReply) or reply.expedited:
+        raise SetupRefused(f"{entry.address} is not uploaded in segments ({answer})")
+
+
+def expedited_commands(entry: Entry) -> tuple[int, int]:
+    """Return the commands of an expedited answer that tells its length, and of one that does not."""
+    size = entry.type.size or EXPEDITED
+    reply = sdo.InitiateUploadReply(*entry.key, bytes(size))
+    untold = sdo.InitiateUploadReply(*entry.key, bytes(size), size=None)
+    return sdo.encode(reply)[0], sdo.encode(untold)[0]
 
 
 # Downloads in segments, which a server may have or not
