@@ -29,6 +29,7 @@ TYPES: Mapping[int, str] = {
     8: "INTEGER64, UNSIGNED64 or REAL64",
 }
 SHORTEST_TEXT = 3
+LONGEST_EXPEDITED = 4
 MOST_SHOWN = 48
 
 
@@ -115,7 +116,9 @@ def area_of(index: int) -> str:
 
 def guessed_type(data: bytes) -> str:
     """Return what a value's length lets guess of its data type."""
-    return TYPES.get(len(data), "a text" if as_text(data) else "a text, an array of octets")
+    if len(data) > LONGEST_EXPEDITED and as_text(data):
+        return "a text"
+    return TYPES.get(len(data), "a text, an array of octets")
 
 
 def _begin(text: str) -> str:

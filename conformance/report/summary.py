@@ -96,7 +96,7 @@ class Progress:
         words = "object dictionary" + (f", {found} undocumented" if found else "")
         self._bar.update(self._task, total=total, completed=done, description=words)
         now = time.monotonic()
-        if console.out.is_terminal or now - self._said < SAID_EVERY_S:
+        if not self._in_lines or now - self._said < SAID_EVERY_S:
             return
         self._said = now
         left_s = (now - self._scan_began) * (total - done) / done
