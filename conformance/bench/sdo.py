@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from conformance.bench.channel import SdoChannel
@@ -122,6 +123,15 @@ class SdoPort:
             if answers[-1].received is None:
                 break
         return answers
+
+    def ask_block(self, block: Sequence[bytes], *, last: bool) -> Answer:
+        """Send the segments of a block, of up to 7 octets each, and wait for its confirmation."""
+        count = len(block)
+        frames = [
+            sdo.encode(sdo.BlockSegment(n, last and n == count, data.ljust(7, b"\0")))
+            for n, data in enumerate(block, 1)
+        ]
+        return self._answer(self._channel.send(*frames), self._channel.timeout_s)
 
     def _answer(self, sent: Stamped, wait_s: float) -> Answer:
         received = self._channel.receive(wait_s)

@@ -28,6 +28,9 @@ NO_SEGMENTS = (
 )
 """How a server says that it has no download in segments."""
 
+NO_BLOCKS = (AbortCode.UNKNOWN_COMMAND_SPECIFIER, AbortCode.GENERAL_ERROR)
+"""How a server says that it has no block transfer."""
+
 
 def one_per_size(spec: DeviceSpec) -> Iterable[Case]:
     """One setting of each length that has a second value and no effect of its own."""
@@ -134,6 +137,11 @@ def may_refuse_segments(spec: DeviceSpec) -> bool:
         for entry in spec.entries.values()
         if cases.present(entry, spec)
     )
+
+
+def must_have_blocks(spec: DeviceSpec) -> bool:
+    """Tell whether the server has block transfer by every reading."""
+    return all(_server(services.sdo_server).block for services, _ in spec.services_readings)
 
 
 def _is_long(entry: Entry) -> bool:

@@ -1,12 +1,14 @@
-"""SDO server: expedited and segmented transfers; block transfers are refused (CiA 301 v4.2.0, 7.2.4)."""
+"""SDO server: expedited and segmented transfers, and block transfers where offered (CiA 301 v4.2.0, 7.2.4)."""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from conformance.simulator.node import Node
 from conformance.simulator.rejection import SdoAbortError
+from conformance.simulator.sdo_block import BlockTransfer
 from conformance.spec.document import SdoServer as SdoServerSpec
 from conformance.spec.model import Key
 from conformance.wire import cob_id, sdo
@@ -60,12 +62,14 @@ class SdoServer:
         self._hung = False
         self._habits = node.faults.sdo_habits
         self._heard = b""
+        self._block = BlockTransfer(node.dictionary, self._habits)
         if "mixes-answers" in self._habits:
             self._delay_ns += BUSY_NS
 
     def silence(self) -> None:
         """Drop the transfer and the answers not sent yet, as in Stopped."""
         self._transfer = None
+        self._block.end()
         self._answers.clear()
         self._timer.stop()
 
@@ -85,12 +89,21 @@ class SdoServer:
                 return
             self._interrupt()
         try:
-            answer = self._handle(data)
+            for answer in self._answers_to(data):
+                self._queue(sdo.encode(answer))
         except SdoAbortError as error:
-            answer = self._abort(data, error.code)
+            self._queue(sdo.encode(self._abort(data, error.code)))
             self._transfer = None
+            self._block.end()
+
+    def _answers_to(self, data: bytes) -> Iterator[sdo.Response | sdo.BlockSegment]:
+        if self._block.takes(data[0]):
+            yield from self._block.receive(data)
+            return
+        self._block.end()
+        answer = self._handle(data)
         if answer is not None:
-            self._queue(sdo.encode(answer))
+            yield answer
 
     def _ignores(self, command: int) -> bool:
         if self._faults.sdo_hangs_after_abort:
@@ -116,6 +129,14 @@ class SdoServer:
             return self._download_segment(request)
         if isinstance(request, sdo.Abort):
             return self._end(request)
+        return self._begin_block(request)
+
+    def _begin_block(self, request: sdo.Request) -> sdo.Response:
+        offered = self._spec is not None and self._spec.block
+        if offered and isinstance(request, sdo.BlockUploadInitiate):
+            return self._block.begin_upload(request)
+        if offered and isinstance(request, sdo.BlockDownloadInitiate):
+            return self._block.begin_download(request)
         raise SdoAbortError(AbortCode.UNKNOWN_COMMAND_SPECIFIER)
 
     def _end(self, request: sdo.Abort) -> sdo.Response | None:
@@ -225,6 +246,8 @@ class SdoServer:
         index, sub = int.from_bytes(data[1:3], "little"), data[3]
         if self._transfer is not None and data[0] & 0xE0 in (0x00, 0x60):
             index, sub = self._transfer.key
+        if self._block.key is not None:
+            index, sub = self._block.key
         return sdo.Abort(index, sub, code)
 
     def _queue(self, data: bytes) -> None:

@@ -41,6 +41,8 @@ OTHERS = {
     "pair-needs-one",
     "reset-command-ignored",
     "sdo-cob-id-stays",
+    "sdo-takes-any-block-size",
+    "sdo-wrong-crc",
     "silent",
     "start-object-ignored",
     "tpdo-sync-off-by-one",
