@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test check schema clean
+.PHONY: demo test check benchmark schema clean
 
 demo: .venv/installed
 	$(BIN)/canopen-conformance run siko_ims360
@@ -16,6 +16,9 @@ check: .venv/installed-dev
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+benchmark: .venv/installed-dev
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable
 
 schema: .venv/installed-dev
 	$(BIN)/python -m conformance.spec.schema
