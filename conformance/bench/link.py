@@ -84,6 +84,11 @@ class Link:
             self._bus.shutdown()
             self._bus = self._reopen(bitrate)
 
+    @property
+    def time_s(self) -> float:
+        """The present time on the clock of the timestamps, in seconds."""
+        return self.now() + self._offset_s
+
     def send(self, frame: Frame) -> Stamped:
         """Send a frame.
 
@@ -101,8 +106,7 @@ class Link:
             self._bus.send(message)
         except (can.CanError, OSError) as error:
             raise BenchError(f"the adapter did not send {frame}: {error}") from error
-        time_s = self.now() + self._offset_s
-        return self._keep(frame, time_s, received=False)
+        return self._keep(frame, self.time_s, received=False)
 
     def recv(self, deadline: float) -> Stamped | None:
         """Wait for the next frame.

@@ -174,7 +174,8 @@ def _mapped(spec: DeviceSpec, mapping: int) -> list[int]:
 def _mappable(spec: DeviceSpec) -> Iterator[tuple[int, Key]]:
     for entry in spec.entries.values():
         always = all(reading.mappable and reading.readable for reading in entry.readings)
-        if always and not entry.optional and entry.type.bits is not None:
+        one_type = all(reading.type is entry.type for reading in entry.readings)
+        if always and one_type and not entry.optional and entry.type.bits is not None:
             yield entry.type.bits, entry.key
 
 

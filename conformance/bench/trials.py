@@ -13,6 +13,7 @@ from conformance.bench.settings import Settings, Values
 from conformance.errors import ConformanceError, NodeTimeout, SetupRefused
 from conformance.spec.document import Store
 from conformance.spec.model import Entry, Key
+from conformance.wire.nmt import NmtCommand
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +91,13 @@ def observe_kept(node: Node, *, save: bool, power: bool) -> Kept:
     """Change the settings, store them or not, restart the node, and see what they hold."""
     with changed_settings(node, save=save) as (settings, chosen):
         _restart(node, power=power)
+        return Kept(settings.found, chosen, settings.read())
+
+
+def observe_reset_communication(node: Node) -> Kept:
+    """Change the settings, reset the communication alone, and see what they hold."""
+    with changed_settings(node, save=False) as (settings, chosen):
+        node.reset(NmtCommand.RESET_COMMUNICATION)
         return Kept(settings.found, chosen, settings.read())
 
 

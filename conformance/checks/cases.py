@@ -41,6 +41,11 @@ def with_heartbeat(cases: Cases) -> Cases:
     return generate
 
 
+def neighbours(node_id: int) -> list[int]:
+    """Return the node-IDs next to one, round the end of the range."""
+    return sorted({node_id % 127 + 1, (node_id - 2) % 127 + 1})
+
+
 def reach(entry: Entry, spec: DeviceSpec) -> tuple[Effect, ...]:
     """Return what a download to an entry does beyond changing its value until the next reset.
 

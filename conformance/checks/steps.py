@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from conformance.bench.heartbeat import HeartbeatPort, name_of
 from conformance.bench.node import Node
 from conformance.bench.tpdo import TpdoPort
 from conformance.checks.cases import Limits, is_mapping, is_pdo_object, legal_values, limits
@@ -24,6 +25,19 @@ ENTER = {
 def state_word(state: NmtState) -> str:
     """Return a state as specs and item ids write it: ``pre-operational``."""
     return state.name.lower().replace("_", "-")
+
+
+def require_state(node: Node, heartbeat: HeartbeatPort, state: NmtState) -> None:
+    """Bring the node to a state, with heartbeats that show it.
+
+    Raises:
+        SetupRefused: They show another one, or do not come.
+    """
+    heartbeat.state()
+    node.nmt(ENTER[state])
+    seen = heartbeat.state_now()
+    if seen != name_of(state):
+        raise SetupRefused(f"the node did not enter {name_of(state)} ({seen}), see NMT-01")
 
 
 def make_writable(node: Node, entry: Entry) -> None:

@@ -3,30 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
 
-from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of
+from conformance.bench.heartbeat import HeartbeatPort
 from conformance.bench.node import Node
 from conformance.checks.cases import with_heartbeat
+from conformance.checks.starts import RESETS, Start, begin_start, count_boot_ups, judge_start_state
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
-from conformance.spec.document import Services
 from conformance.spec.model import DeviceSpec
 from conformance.verdict import Verdict
-from conformance.wire.nmt import NmtCommand, NmtState
-
-QUIET_S = 0.5
-RESETS = {
-    "reset-node": NmtCommand.RESET_NODE,
-    "reset-communication": NmtCommand.RESET_COMMUNICATION,
-}
-
-
-class Start(NamedTuple):
-    """One way to start the node: a reset, or its supply where there is no command."""
-
-    command: NmtCommand | None
-    broadcast: bool = False
 
 
 def _starts(spec: DeviceSpec) -> Iterable[Case]:
@@ -42,34 +27,19 @@ def _starts(spec: DeviceSpec) -> Iterable[Case]:
     yield Case("power-on", Start(None), section, ("power",))
 
 
-def _start(node: Node, way: Start) -> int:
-    """Start the node and return the mark from which its boot-up can be seen."""
-    rig = node.link.rig
-    if way.command is not None:
-        mark = node.link.mark()
-        node.nmt(way.command, node_id=0 if way.broadcast else None)
-    elif rig is None:
-        raise SetupRefused("the bench cannot switch the supply")
-    else:
-        rig.power_off()
-        mark = node.link.mark()
-        rig.power_on()
-    node.was_reset = True
-    return mark
-
-
 @requirement(
     "BOOT-01", level="shall", cases=("way", _starts), source=f"{CIA301}, 7.2.8.3.3", effects=()
 )
 def test_one_boot_up_message_per_start(node: Node, way: Start, verdict: Verdict) -> None:
     """After each start the node sends exactly one boot-up message, one octet 00h."""
-    mark = _start(node, way)
+    mark = begin_start(node, way)
+    started_s = node.link.time_s
 
-    node.link.wait(node.is_boot_up, node.boot_up_timeout_s, mark)
-    node.link.listen(QUIET_S, node.is_boot_up)
+    boot_ups = count_boot_ups(node, mark)
 
-    boot_ups = len(node.link.since(mark, node.is_boot_up))
-    verdict.equal("boot-up messages", boot_ups, 1)
+    seen = node.link.since(mark, node.is_boot_up)
+    after = f", the first after {(seen[0].time_s - started_s) * 1000:.0f} ms" if seen else ""
+    verdict.holds("boot-up messages", expected="1", actual=f"{boot_ups}{after}", ok=boot_ups == 1)
 
 
 @requirement(
@@ -77,25 +47,32 @@ def test_one_boot_up_message_per_start(node: Node, way: Start, verdict: Verdict)
     level="shall",
     cases=("way", with_heartbeat(_starts)),
     source=f"{CIA301}, 7.3.2.2",
-    effects=(),
+    effects=("reads", "writes"),
 )
 def test_state_after_start(
     node: Node, heartbeat: HeartbeatPort, way: Start, spec: DeviceSpec, verdict: Verdict
 ) -> None:
     """After a start the node is Pre-operational, or Operational where it starts by itself."""
-    node.await_boot_up(_start(node, way))
+    node.await_boot_up(begin_start(node, way))
 
     seen = heartbeat.state()
-    if seen == NO_HEARTBEAT:
-        raise SetupRefused("no heartbeat shows the state, see HB-05")
-    readings = {_start_state(services): other for services, other in spec.services_readings[::-1]}
-    verdict.holds("state", expected=" or ".join(sorted(readings)), actual=seen, ok=seen in readings)
-    followed = readings.get(seen)
-    if followed is not None:
-        verdict.follows(followed.ambiguity, followed.reading)
+
+    judge_start_state(spec, verdict, seen)
 
 
-def _start_state(services: Services) -> str:
-    """Return the state that a node is in after its boot-up message."""
-    automatic = services.nmt.automatic_start
-    return name_of(NmtState.OPERATIONAL if automatic else NmtState.PRE_OPERATIONAL)
+def _timed_starts(spec: DeviceSpec) -> Iterable[Case]:
+    return _starts(spec) if spec.services.nmt.boot_up_ms is not None else ()
+
+
+@requirement("BOOT-05", level="manual", cases=("way", _timed_starts), effects=())
+def test_boot_up_comes_in_time(node: Node, way: Start, spec: DeviceSpec, verdict: Verdict) -> None:
+    """The boot-up message comes within the documented time."""
+    mark = begin_start(node, way)
+    started_s = node.link.time_s
+
+    boot_up = node.link.wait(node.is_boot_up, node.boot_up_timeout_s, mark)
+
+    if boot_up is None:
+        raise SetupRefused("there is no boot-up message, see BOOT-01")
+    limit_ms = float(spec.services.nmt.boot_up_ms or 0)
+    verdict.at_most("time to boot-up", (boot_up.time_s - started_s) * 1000, limit_ms, unit="ms")

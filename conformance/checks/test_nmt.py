@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of
 from conformance.bench.node import Node
 from conformance.checks import cases
-from conformance.checks.cases import with_heartbeat
-from conformance.checks.steps import ENTER, own_value, state_word
+from conformance.checks.cases import neighbours, with_heartbeat
+from conformance.checks.steps import ENTER, own_value, require_state, state_word
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, Entry
@@ -46,16 +46,17 @@ def _transitions(spec: DeviceSpec) -> Iterable[Case]:
 
 
 @requirement(
-    "NMT-01", level="shall", cases=("transition", with_heartbeat(_transitions)), source=STATES
+    "NMT-01",
+    level="shall",
+    cases=("transition", with_heartbeat(_transitions)),
+    source=STATES,
+    effects=("reads", "writes"),
 )
 def test_command_changes_the_state(
     node: Node, heartbeat: HeartbeatPort, transition: Transition, verdict: Verdict
 ) -> None:
     """Start, stop and enter Pre-operational lead to their state, addressed and as broadcast."""
-    heartbeat.state()
-    node.nmt(ENTER[transition.before])
-    if heartbeat.state_now() != name_of(transition.before):
-        raise SetupRefused(f"the node did not enter {name_of(transition.before)}")
+    require_state(node, heartbeat, transition.before)
 
     node.nmt(ENTER[transition.after], node_id=0 if transition.broadcast else None)
 
@@ -89,7 +90,7 @@ def test_sdo_is_served_in_its_states_only(node: Node, state: NmtState, verdict: 
 
 def _other_nodes(spec: DeviceSpec) -> Iterable[Case]:
     source = spec.services.nmt.source
-    for other in sorted({spec.node_id % 127 + 1, (spec.node_id - 2) % 127 + 1}):
+    for other in neighbours(spec.node_id):
         yield Case(f"node-{other}", Frame(cob_id.NMT, bytes((NmtCommand.START, other))), source)
 
 
@@ -98,7 +99,7 @@ def _other_nodes(spec: DeviceSpec) -> Iterable[Case]:
     level="shall",
     cases=("foreign", with_heartbeat(_other_nodes)),
     source=NMT,
-    effects=("reads", "other-nodes"),
+    effects=("reads", "writes", "other-nodes"),
 )
 def test_command_to_another_node_is_ignored(
     node: Node, heartbeat: HeartbeatPort, foreign: Frame, verdict: Verdict
@@ -108,18 +109,19 @@ def test_command_to_another_node_is_ignored(
 
 
 def _malformed(spec: DeviceSpec) -> Iterable[Case]:
-    start, node_id = NmtCommand.START, spec.node_id
-    frames: Sequence[tuple[str, bytes]] = (
-        ("0-octets", b""),
-        ("1-octet", bytes((start,))),
-        ("3-octets", bytes((start, node_id, 0))),
-        ("8-octets", bytes((start, node_id, 0, 0, 0, 0, 0, 0))),
-    )
-    for label, data in frames:
-        yield Case(label, Frame(cob_id.NMT, data), spec.services.nmt.source)
+    command = bytes((NmtCommand.START, spec.node_id)) + bytes(6)
+    for octets in (0, 1, *range(3, 9)):
+        label = "1-octet" if octets == 1 else f"{octets}-octets"
+        yield Case(label, Frame(cob_id.NMT, command[:octets]), spec.services.nmt.source)
 
 
-@requirement("NMT-04", level="should", cases=("malformed", with_heartbeat(_malformed)), source=NMT)
+@requirement(
+    "NMT-04",
+    level="should",
+    cases=("malformed", with_heartbeat(_malformed)),
+    source=NMT,
+    effects=("reads", "writes"),
+)
 def test_command_of_wrong_length_is_ignored(
     node: Node, heartbeat: HeartbeatPort, malformed: Frame, verdict: Verdict
 ) -> None:
@@ -136,7 +138,13 @@ def _unknown(spec: DeviceSpec) -> Iterable[Case]:
         )
 
 
-@requirement("NMT-05", level="shall", cases=("unknown", with_heartbeat(_unknown)), source=NMT)
+@requirement(
+    "NMT-05",
+    level="shall",
+    cases=("unknown", with_heartbeat(_unknown)),
+    source=NMT,
+    effects=("reads", "writes"),
+)
 def test_unknown_command_is_ignored(
     node: Node, heartbeat: HeartbeatPort, unknown: Frame, verdict: Verdict
 ) -> None:

@@ -138,6 +138,16 @@ class SimulatedDevice:
         sent, self._outbox = self._outbox, []
         return sent
 
+    def tilt(self, x_deg: float, y_deg: float) -> None:
+        """Be tilted."""
+        self.world.tilt(x_deg, y_deg, self._agenda.now_ns)
+        self.world_changed()
+
+    def rest(self) -> None:
+        """Be brought back to where everything was at first."""
+        self.world.rest(self._agenda.now_ns)
+        self.world_changed()
+
     def world_changed(self) -> None:
         """Take note of new physical values; the next step sends what follows from them."""
         if self._firmware is not None:

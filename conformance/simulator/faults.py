@@ -222,6 +222,9 @@ class Faults(BaseModel):
     tpdo_fills_up: bool = Field(
         default=False, description="Frames are filled up to eight octets with FFh."
     )
+    tpdo_drops_inhibit_time: bool = Field(
+        default=False, description="Confirms an inhibit time while valid, keeps the old one."
+    )
     tpdo_sends_unasked: bool = Field(
         default=False, description="With type 252 a SYNC sends the TPDO."
     )
@@ -356,6 +359,19 @@ class Faults(BaseModel):
     status_bits_set: bool = Field(default=False, description="Every bit of a status byte is 1.")
     reset_command_ignored: bool = Field(
         default=False, description="Confirms the command to restart, goes on."
+    )
+
+    filter_kind: Literal["butterworth", "critically-damped"] | None = Field(
+        default=None, description="Kind of the low-pass filter, whatever is chosen."
+    )
+    filter_cut_off_hz: Factor | None = Field(
+        default=None, description="Cut-off frequency of the low-pass filter, whatever is set."
+    )
+    filter_order_reversed: bool = Field(
+        default=False, description="Named filters are the faster, the slower they should be."
+    )
+    filter_acts_unsaved: bool = Field(
+        default=False, description="A filter acts when it is written, not when it is stored."
     )
 
     # EMCY and LSS

@@ -8,6 +8,7 @@ from typing import Final, Protocol
 
 from conformance.simulator.cob_id_rules import CAN_ID, guard_cob_ids
 from conformance.simulator.emcy import EmcyProducer
+from conformance.simulator.filters import follow_filters
 from conformance.simulator.heartbeat import HeartbeatProducer
 from conformance.simulator.live import LiveValues, World
 from conformance.simulator.lss import LssSlave, LssTarget
@@ -68,6 +69,7 @@ class Firmware:
         self._nmt_spec = services.nmt
         live = LiveValues(hardware.world, node.dictionary, node.faults)
         follow_slopes(node, live, spec)
+        follow_filters(node, live, hardware.world, spec)
         ParameterStore(node, hardware.memory, services)
         guard_cob_ids(node, services)
         self._sync = services.sync_consumer

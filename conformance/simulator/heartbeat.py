@@ -7,10 +7,16 @@ from functools import partial
 from conformance.simulator.node import Node
 from conformance.spec.document import HeartbeatProducer as HeartbeatSpec
 from conformance.spec.model import Entry, Range
+from conformance.wire import cob_id
 from conformance.wire.datatypes import Value
+from conformance.wire.frame import Frame
 from conformance.wire.nmt import Heartbeat, NmtState, encode_heartbeat
 
 _MS = 1_000_000
+_LATE_NS = 50 * _MS
+"""How much later than its services a defective device announces itself."""
+
+_TOGGLE = 0x80
 
 
 class HeartbeatProducer:
@@ -23,6 +29,7 @@ class HeartbeatProducer:
         self._told = NmtState.PRE_OPERATIONAL
         self._period_ns = 0
         self._waits_for_command = False
+        self._toggle = 0
         self._off = 0 if spec is None else spec.off
         self._states = () if spec is None else tuple(_states(spec))
         self._key = None if spec is None else (spec.object, 0)
@@ -45,12 +52,18 @@ class HeartbeatProducer:
 
     def boot(self) -> None:
         """Send the boot-up message, which counts as the first heartbeat."""
-        if self._node.faults.boot_up != "missing":
-            node_id = self._node.faults.boot_up_node_id or self._node.node_id
-            frame = encode_heartbeat(Heartbeat(node_id, NmtState.BOOT_UP))
-            for _ in range(2 if self._node.faults.boot_up == "twice" else 1):
-                self._node.send(frame)
-        self.resume()
+        if self._node.faults.boot_up == "late":
+            self._node.agenda.after(_LATE_NS, self._announce)
+        elif self._node.faults.boot_up != "missing":
+            self._announce()
+        if not self._node.faults.heartbeat_waits_after_start:
+            self.resume()
+
+    def _announce(self) -> None:
+        node_id = self._node.faults.boot_up_node_id or self._node.node_id
+        frame = encode_heartbeat(Heartbeat(node_id, NmtState.BOOT_UP))
+        for _ in range(2 if self._node.faults.boot_up == "twice" else 1):
+            self._node.send(frame)
 
     def resume(self) -> None:
         """Take over the period; the first heartbeat comes after it."""
@@ -66,10 +79,22 @@ class HeartbeatProducer:
         if self._waits_for_command:
             self._start()
 
+    def requested(self) -> None:
+        """Answer a guarding request, as only a defective device does."""
+        if self._node.faults.answers_guarding:
+            self._toggle ^= _TOGGLE
+            state = self._node.state | (self._toggle ^ _TOGGLE)
+            self._node.send(Frame(cob_id.heartbeat(self._node.node_id), bytes((state,))))
+
     def _period_written(self, value: Value) -> None:
-        if value == self._off and self._node.faults.heartbeat_never_stops and self._period_ns:
+        faults, before_ns = self._node.faults, self._period_ns
+        if value == self._off and faults.heartbeat_never_stops and before_ns:
+            return
+        if value != self._off and faults.heartbeat_keeps_period and before_ns:
             return
         self._set_period(int(value))
+        if faults.heartbeat_ends_when_written_again and self._period_ns == before_ns:
+            self._period_ns = 0
         if self._node.faults.heartbeat_starts_late:
             self._timer.stop()
             self._waits_for_command = True
@@ -78,6 +103,8 @@ class HeartbeatProducer:
 
     def _set_period(self, value: int) -> None:
         factor = self._node.faults.heartbeat_period_factor
+        if value != self._off and self._node.faults.heartbeat_wraps_ms is not None:
+            value %= self._node.faults.heartbeat_wraps_ms
         self._period_ns = 0 if value == self._off else round(value * _MS * factor)
 
     def _start(self) -> None:
@@ -88,7 +115,9 @@ class HeartbeatProducer:
             self._beat_due(self._node.agenda.now_ns)
 
     def _beat_due(self, due_ns: int) -> None:
-        self._timer.start(due_ns + self._period_ns)
+        operational = self._node.state is NmtState.OPERATIONAL
+        factor = self._node.faults.heartbeat_factor_operational if operational else 1.0
+        self._timer.start(due_ns + round(self._period_ns * factor))
         jitter_ns = round(self._node.faults.heartbeat_jitter_ms * _MS)
         if jitter_ns:
             self._jittered.start(due_ns + self._node.random.randint(0, jitter_ns))

@@ -22,6 +22,12 @@ _NAMES: Final = {
     NmtCommand.RESET_NODE: "reset-node",
     NmtCommand.RESET_COMMUNICATION: "reset-communication",
 }
+_WORDS: Final = {
+    NmtState.BOOT_UP: "",
+    NmtState.PRE_OPERATIONAL: "pre-operational",
+    NmtState.OPERATIONAL: "operational",
+    NmtState.STOPPED: "stopped",
+}
 
 
 class NmtSlave:
@@ -57,10 +63,12 @@ class NmtSlave:
         if not self._concerned(request.node_id) or _NAMES[command] in self._node.faults.nmt_ignores:
             return
         state = _STATES.get(command)
-        if state is None:
-            self._reset(command)
-        else:
+        if state is self._node.state and self._node.faults.nmt_resets_on_repetition:
+            self._reset(NmtCommand.RESET_NODE)
+        elif state is not None:
             self._enter(state)
+        elif _WORDS[self._node.state] not in self._node.faults.nmt_ignores_resets_in:
+            self._reset(command)
 
     def _known(self, command: int) -> NmtCommand | None:
         if command in _NAMES:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import pytest
 
+from conformance.simulator.faults import load_faults
+
 if TYPE_CHECKING:
     from tests.simulator.conftest import Wired
 
@@ -42,6 +44,14 @@ def test_the_start_up_object_lets_a_device_start(
     device.set(x1F80=value)
     device.save_and_reset(how)
     assert device.state() == state
+
+
+def test_a_start_object_without_effect_is_a_fault(wire: Build) -> None:
+    device = wire("danfoss_dst_x730", faults=load_faults(["start-object-ignored"]))
+    device.set(x5000=1)
+    device.save_and_reset("power cycle")
+    assert device.state() == "pre-operational"
+    assert device.read(0x5000) == 1
 
 
 def test_the_start_up_object_may_have_no_effect(gim: Build) -> None:

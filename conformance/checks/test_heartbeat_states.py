@@ -1,0 +1,157 @@
+"""Heartbeats in each NMT state, among other nodes' heartbeats and guarding (CiA 301, 7.2.8.3.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import pairwise
+
+from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, state_of
+from conformance.bench.link import Stamped
+from conformance.bench.node import Node
+from conformance.checks.cases import neighbours
+from conformance.checks.limits import gap_tolerance_ms
+from conformance.checks.steps import ENTER, state_word
+from conformance.errors import SetupRefused
+from conformance.requirements import CIA301, Case, requirement
+from conformance.spec.model import DeviceSpec, address
+from conformance.verdict import Verdict
+from conformance.wire import cob_id
+from conformance.wire.frame import Frame
+from conformance.wire.nmt import Heartbeat, NmtState, encode_heartbeat
+
+PRODUCER = f"{CIA301}, 7.2.8.3.2.2"
+CONSUMER = 0x1016
+BEATS = 10
+SILENT_S = 0.5
+STRANGE_EVERY_S = 0.02
+
+
+def _states(spec: DeviceSpec) -> Iterable[Case]:
+    producer = spec.services.heartbeat_producer
+    for state in ENTER:
+        word = state_word(state)
+        if producer is not None and word in producer.states:
+            yield Case(word, state, producer.source)
+
+
+@requirement(
+    "HB-06",
+    level="shall",
+    cases=("state", _states),
+    source=PRODUCER,
+    effects=("reads", "writes"),
+)
+def test_heartbeat_keeps_its_period_in_each_state(
+    node: Node, heartbeat: HeartbeatPort, state: NmtState, verdict: Verdict
+) -> None:
+    """The period is the same in each NMT state that has heartbeats."""
+    period_ms = heartbeat.typical_ms
+    heartbeat.set(period_ms)
+    node.nmt(ENTER[state])
+    heartbeat.collect(1, 2 * period_ms / 1000)
+
+    gaps_ms = heartbeat.gaps_ms(BEATS, period_ms)
+
+    verdict.equal("intervals seen", len(gaps_ms), BEATS)
+    verdict.within("heartbeat period", gaps_ms, period_ms, gap_tolerance_ms(period_ms), unit="ms")
+
+
+@requirement(
+    "HB-10",
+    level="shall",
+    cases=("state", _states),
+    source=f"{CIA301}, 7.5.2.20",
+    effects=("reads", "writes"),
+)
+def test_heartbeat_stays_off_in_each_state(
+    node: Node, heartbeat: HeartbeatPort, state: NmtState, verdict: Verdict
+) -> None:
+    """Switched off, the heartbeat does not come back with a change of the NMT state."""
+    period_ms = heartbeat.typical_ms
+    heartbeat.enter()
+    heartbeat.set(period_ms)
+    if len(heartbeat.collect(2, 4 * period_ms / 1000)) < 2:
+        raise SetupRefused("there is no heartbeat to be switched off, see HB-01")
+    heartbeat.set(heartbeat.producer.off)
+    node.nmt(ENTER[state])
+    node.link.listen(1.5 * period_ms / 1000, node.is_error_control)
+
+    silent = node.link.listen(SILENT_S + 3 * period_ms / 1000, node.is_error_control)
+
+    verdict.equal("heartbeats with the time off", len(silent), 0)
+    node.nmt(ENTER[NmtState.PRE_OPERATIONAL])
+    if not node.answers():
+        raise SetupRefused("the node does not answer after the silence to be judged")
+
+
+def _producer_alone(spec: DeviceSpec) -> Iterable[Case]:
+    """Return one case where the manual has a heartbeat producer and no consumer."""
+    return _object(spec) if spec.entry(CONSUMER, 0) is None else ()
+
+
+@requirement(
+    "HB-13", level="manual", cases=_producer_alone, effects=("reads", "writes", "other-nodes")
+)
+def test_heartbeats_and_guarding_of_others_mean_nothing(
+    node: Node, heartbeat: HeartbeatPort, verdict: Verdict
+) -> None:
+    """Heartbeats of other nodes, their end and requests to guard them change nothing in the node."""
+    before = _running(heartbeat)
+    mark = node.link.mark()
+
+    for frame in _strangers(node.node_id):
+        node.link.send(frame)
+        node.link.listen(STRANGE_EVERY_S, node.is_error_control)
+    node.link.listen(BEATS * heartbeat.typical_ms / 1000, node.is_error_control)
+
+    seen = node.link.since(mark, node.is_error_control)
+    _judge_undisturbed(verdict, seen, heartbeat.typical_ms, before)
+
+
+def _running(heartbeat: HeartbeatPort) -> str:
+    """Switch the heartbeat on and return the state it shows."""
+    heartbeat.enter()
+    heartbeat.set(heartbeat.typical_ms)
+    seen = heartbeat.state_now()
+    if seen == NO_HEARTBEAT:
+        raise SetupRefused("there is no heartbeat to be disturbed, see HB-01")
+    return seen
+
+
+def _strangers(node_id: int) -> list[Frame]:
+    """Return other nodes' heartbeats in all states, and guarding requests to them."""
+    told = (NmtState.BOOT_UP, NmtState.OPERATIONAL, NmtState.STOPPED, NmtState.PRE_OPERATIONAL)
+    frames = []
+    for other in neighbours(node_id):
+        frames += [encode_heartbeat(Heartbeat(other, state)) for state in told]
+        frames.append(Frame(cob_id.heartbeat(other), remote=True, dlc=1))
+    return frames
+
+
+def _object(spec: DeviceSpec) -> Iterable[Case]:
+    producer = spec.services.heartbeat_producer
+    if producer is not None:
+        yield Case(address(producer.object), None, producer.source)
+
+
+@requirement("HB-14", level="should", cases=_object, source=PRODUCER, effects=("reads", "writes"))
+def test_guarding_does_not_disturb_the_heartbeat(
+    node: Node, heartbeat: HeartbeatPort, verdict: Verdict
+) -> None:
+    """While the heartbeat runs a guarding request is not answered."""
+    before = _running(heartbeat)
+    mark = node.link.mark()
+
+    for _ in range(BEATS):
+        node.link.send(Frame(cob_id.heartbeat(node.node_id), remote=True, dlc=1))
+        node.link.listen(0.7 * heartbeat.typical_ms / 1000, node.is_error_control)
+
+    seen = node.link.since(mark, node.is_error_control)
+    _judge_undisturbed(verdict, seen, heartbeat.typical_ms, before)
+
+
+def _judge_undisturbed(verdict: Verdict, seen: list[Stamped], period_ms: int, before: str) -> None:
+    gaps_ms = [(b.time_s - a.time_s) * 1000 for a, b in pairwise(seen)]
+    verdict.within("heartbeat period", gaps_ms, period_ms, gap_tolerance_ms(period_ms), unit="ms")
+    states = sorted({state_of(beat) for beat in seen})
+    verdict.equal("state", " and ".join(states), before)
