@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from conformance import checks
@@ -28,7 +28,7 @@ def load_checks() -> dict[str, Requirement]:
 
 
 def find_requirement_problems(file: SpecFile, statements: StatementsFile) -> list[Problem]:
-    """Return where statements name a requirement that is unknown or has no item on their variants."""
+    """Return where statements name a requirement that is unknown or has no item on any variant."""
     known = load_checks()
     specs = {variant: file.resolve(variant) for variant in file.variants}
     applied: dict[tuple[str, str], bool] = {}
@@ -42,9 +42,9 @@ def find_requirement_problems(file: SpecFile, statements: StatementsFile) -> lis
         if name not in known:
             yield f"expected the id of a requirement, got {shown(name)}"
             return
-        variants = [v for v in file.variants if statement.applies_to(v) and not applies(name, v)]
-        if variants:
-            yield f"expected a requirement with items on {', '.join(variants)}, got {name}"
+        variants = [variant for variant in file.variants if statement.applies_to(variant)]
+        if not any(applies(name, variant) for variant in variants):
+            yield f"expected a requirement with items on {' or '.join(variants)}, got {name}"
 
     return [
         statements.yaml.problem(("statements", number, "verified_by", nth), text)
@@ -57,26 +57,34 @@ def find_requirement_problems(file: SpecFile, statements: StatementsFile) -> lis
 def build(
     file: SpecFile, variant: str | None = None, statements: StatementsFile | None = None
 ) -> dict[str, Any]:
-    """Return the catalogue of one variant of a device as plain data.
+    """Return the catalogue of a device as plain data.
 
     Args:
         file: The spec.
-        variant: Name of a variant; the first one of the file when None.
+        variant: Name of the one variant to look at; None for all.
         statements: The statements of the manual; None where nobody has listed them.
 
     Raises:
         SpecError: A statement names a requirement that is unknown or has no item.
     """
-    spec = file.resolve(variant)
-    listed = _statements_of(file, spec, statements)
-    requirements = [_requirement(r, spec, listed) for r in load_checks().values()]
+    names = file.variants if variant is None else [variant]
+    specs = {name: file.resolve(name) for name in names}
+    spec = next(iter(specs.values()))
+    listed = _statements_of(file, specs, statements)
+    requirements = [_requirement(r, specs, listed) for r in load_checks().values()]
+    shown_in = {r["id"]: r["variants"] for r in requirements}
     labels = (item.split("/", 2)[2] for r in requirements for item in r["items"])
     touched = {label.partition("/")[0] for label in labels}
-    rows = [_statement(statement) for statement in listed]
+    entries = dict.fromkeys(e.address for it in specs.values() for e in it.entries.values())
+    rows = [_statement(statement, file, shown_in) for statement in listed]
+    by_status = {status: sum(s["status"] == status for s in rows) for status in STATUSES}
+    showable = len(rows) - by_status["not_visible"]
     encoded = {parse_path(path) for statement in listed for path in statement.encoded}
+    unstated = (path for it in specs.values() for path in _unstated(file, it, encoded))
     return {
         "device": spec.name,
-        "variant": spec.variant,
+        "variant": variant,
+        "variants": list(specs),
         "manual": spec.manual.name,
         "statements_file": None if statements is None else statements.yaml.path.name,
         "requirements": requirements,
@@ -84,55 +92,64 @@ def build(
         "requirements_without_statement": [
             r["id"] for r in requirements if r["items"] and not r["statements"]
         ],
-        "statements_without_requirement": [s["id"] for s in rows if not s["requirements"]],
-        "uncovered_objects": [
-            entry.address for entry in spec.entries.values() if entry.address not in touched
-        ],
-        "unstated": [] if statements is None else list(_unstated(file, spec, encoded)),
+        "statements_without_requirement": [s["id"] for s in rows if s["status"] != "verified"],
+        "uncovered_objects": [entry for entry in entries if entry not in touched],
+        "unstated": [] if statements is None else list(dict.fromkeys(unstated)),
         "totals": {
             "requirements": len(requirements),
             "items": sum(len(r["items"]) for r in requirements),
-            "entries": len(spec.entries),
+            "entries": len(entries),
             "ambiguities": len(spec.ambiguities),
             "statements": len(rows),
-            "statements_by_status": {
-                status: sum(s["status"] == status for s in rows) for status in STATUSES
-            },
+            "statements_by_status": by_status,
+            "showable": showable,
+            "verified_percent": round(100 * by_status["verified"] / showable, 1)
+            if showable
+            else None,
         },
     }
 
 
 def _statements_of(
-    file: SpecFile, spec: DeviceSpec, statements: StatementsFile | None
+    file: SpecFile, variants: Iterable[str], statements: StatementsFile | None
 ) -> Sequence[Statement]:
     if statements is None:
         return ()
     problems = find_requirement_problems(file, statements)
     if problems:
         raise SpecError(*problems)
-    return [s for s in statements.statements if s.applies_to(spec.variant)]
+    return [s for s in statements.statements if any(s.applies_to(variant) for variant in variants)]
 
 
 def _requirement(
-    requirement: Requirement, spec: DeviceSpec, statements: Sequence[Statement]
+    requirement: Requirement, specs: Mapping[str, DeviceSpec], statements: Sequence[Statement]
 ) -> dict[str, Any]:
-    cases = list(requirement.cases(spec))
+    cases = {name: list(requirement.cases(spec)) for name, spec in specs.items()}
+    every = [case for found in cases.values() for case in found]
+    prefix = f"{next(iter(specs.values())).name}/{requirement.id}"
     return {
         "id": requirement.id,
         "sentence": requirement.sentence,
         "level": requirement.level,
         "source": requirement.source,
-        "sections": sorted({case.section for case in cases if case.section}),
+        "sections": sorted({case.section for case in every if case.section}),
         "check": requirement.check,
         "effects": list(requirement.effects),
-        "items": [f"{spec.name}/{requirement.id}/{case.label}" for case in cases],
+        "items": list(dict.fromkeys(f"{prefix}/{case.label}" for case in every)),
+        "variants": [name for name, found in cases.items() if found],
         "statements": [s.id for s in statements if requirement.id in (s.verified_by or ())],
     }
 
 
-def _statement(statement: Statement) -> dict[str, Any]:
+def _statement(
+    statement: Statement, file: SpecFile, shown_in: Mapping[str, Sequence[str]]
+) -> dict[str, Any]:
     known: Mapping[str, Requirement] = REGISTRY
     requirements = list(dict.fromkeys(statement.verified_by or ()))
+    variants = {variant for name in requirements for variant in shown_in[name]}
+    seen = [name for name in file.variants if name in variants and statement.applies_to(name)]
+    status = "verified" if seen else _status(statement)
+    elsewhere = "no item on this variant" if requirements and not seen else None
     return {
         "id": statement.id,
         "source": statement.source,
@@ -140,18 +157,19 @@ def _statement(statement: Statement) -> dict[str, Any]:
         "encoded": statement.encoded,
         "ambiguity": statement.ambiguity,
         "variants": statement.variants,
-        "status": _status(statement),
+        "status": status,
+        "needs": statement.needs,
+        "shown_in": seen,
         "requirements": requirements,
         "checks": [known[name].check for name in requirements],
-        "reason": statement.because or statement.open,
+        "reason": statement.because or statement.open or elsewhere,
     }
 
 
 def _status(statement: Statement) -> str:
+    """Return the status of a statement that nothing shows."""
     if statement.needs is not None:
         return statement.needs
-    if statement.verified_by is not None:
-        return "verified"
     return "not_visible" if statement.because is not None else "open"
 
 

@@ -121,7 +121,7 @@ def run(
 @app.command()
 def catalogue(
     device: Device,
-    variant: VariantOption = None,
+    variant: Annotated[str | None, typer.Option(help="Look at this variant alone.")] = None,
     format: Annotated[Literal["md", "json"], typer.Option(help="md or json")] = "md",  # noqa: A002 - the option's name
 ) -> None:
     """List requirements, the manual's statements and checks as one matrix, and what is not covered."""

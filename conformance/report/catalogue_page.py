@@ -23,7 +23,7 @@ def to_markdown(catalogue: dict[str, Any]) -> str:
 
 def _requirements(catalogue: dict[str, Any]) -> Iterable[str]:
     totals = catalogue["totals"]
-    yield f"# Catalogue: {catalogue['device']}, {catalogue['variant']}"
+    yield f"# Catalogue: {catalogue['device']}, {', '.join(catalogue['variants'])}"
     yield ""
     yield (
         f"Judged against {catalogue['manual']}: {totals['requirements']} requirements, "
@@ -66,24 +66,41 @@ def _statements(catalogue: dict[str, Any]) -> Iterable[str]:
     for status, count in totals["statements_by_status"].items():
         yield _row(_WORDS[status], count)
     yield ""
+    if totals["showable"]:
+        verified = totals["statements_by_status"]["verified"]
+        yield (
+            f"A bus, with what is switched, moved or looked at beside it, can show "
+            f"{totals['showable']} statements; {verified} of them are verified "
+            f"({totals['verified_percent']:g} %)."
+        )
+        yield ""
     yield "### Verified"
     yield ""
-    yield from _head("id", "section", "statement", "requirement: check")
+    yield from _head("id", "section", "statement", "requirement: check", "shown on")
     for s in catalogue["statements"]:
-        if s["requirements"]:
+        if s["status"] == "verified":
             checks = (
                 f"{name}: `{check.rpartition('.')[2]}`"
                 for name, check in zip(s["requirements"], s["checks"], strict=True)
             )
-            yield _row(s["id"], s["source"], s["says"], "<br>".join(checks))
+            where = _variants(s, catalogue["variants"])
+            yield _row(s["id"], s["source"], s["says"], "<br>".join(checks), where)
     yield ""
     yield "### Without a requirement"
     yield ""
     yield from _head("id", "section", "statement", "status", "reason")
     for s in catalogue["statements"]:
-        if not s["requirements"]:
+        if s["status"] != "verified":
             yield _row(s["id"], s["source"], s["says"], _WORDS[s["status"]], s["reason"] or "-")
     yield ""
+
+
+def _variants(statement: dict[str, Any], every: list[str]) -> str:
+    """Return the variants on which a statement is shown, in a word where that is all it is about."""
+    about = [
+        name for name in every if statement["variants"] is None or name in statement["variants"]
+    ]
+    return "all" if statement["shown_in"] == about else ", ".join(statement["shown_in"])
 
 
 def _gaps(catalogue: dict[str, Any]) -> Iterable[str]:

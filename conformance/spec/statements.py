@@ -38,10 +38,19 @@ _Text = Annotated[str, Field(min_length=1)]
 _Texts = Annotated[list[_Text], Field(min_length=1)]
 
 
-class Statement(StrictModel):
-    """One sentence of the manual that says what the device does or accepts; one fate each."""
+def _only(fate: str) -> dict[str, Any]:
+    """Return the JSON Schema of a statement with this fate, told apart from one that is verified."""
+    verified = {"required": ["verified_by"]}
+    return {"required": [fate]} | ({"not": verified} if fate == "needs" else {})
 
-    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [f]} for f in _FATES]})
+
+class Statement(StrictModel):
+    """One sentence of the manual that says what the device does or accepts; one fate each.
+
+    A statement that is verified may say as well what its check needs.
+    """
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": [_only(fate) for fate in _FATES]})
 
     id: _StatementId
     source: Source
@@ -57,7 +66,7 @@ class Statement(StrictModel):
         default=None, description="Requirements whose check shows it on a bus."
     )
     needs: Need | None = Field(
-        default=None, description="A check would need this, and none exists."
+        default=None, description="What a check needs; without verified_by none exists."
     )
     because: _Text | None = Field(default=None, description="Why no bus can show it.")
     open: _Text | None = Field(
@@ -67,7 +76,7 @@ class Statement(StrictModel):
     @model_validator(mode="after")
     def _has_one_fate(self) -> Statement:
         given = [name for name in _FATES if getattr(self, name) is not None]
-        if len(given) != 1:
+        if len(given) != 1 and given != ["verified_by", "needs"]:
             got = " and ".join(given) or "none"
             raise ValueError(f"expected exactly one of {', '.join(_FATES)}, got {got}")
         return self

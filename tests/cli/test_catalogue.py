@@ -37,6 +37,10 @@ statements:
 """
 
 
+EMCY = "says: It sends EMCY., verified_by: [EMCY-03]"
+STEEL = '  - {id: S-001, source: "2", says: It is of steel., because: a bus carries no metal}\n'
+
+
 @pytest.fixture
 def write(tmp_path: Path) -> Write:
     """Write a copy of a built-in spec, with statements beside it if there are any."""
@@ -68,14 +72,15 @@ def test_the_matrix_leads_from_requirements_to_statements_and_back(write: Write)
     assert requirements["HB-02"]["statements"] == []
     assert statements["S-001"]["requirements"] == ["HB-01", "OD-11"]
     assert statements["S-001"]["checks"][0] == requirements["HB-01"]["check"]
-    assert [s["status"] for s in made["statements"]] == list(STATUSES)
-    assert [s["reason"] for s in made["statements"]][-2:] == [
+    assert [s["status"] for s in made["statements"]] == [*STATUSES, "open"]
+    assert [s["reason"] for s in made["statements"]][-3:] == [
         "a bus carries no metal",
+        "nobody asks",
         "nobody asks",
     ]
     assert "HB-01" not in made["requirements_without_statement"]
     assert "HB-02" in made["requirements_without_statement"]
-    assert made["statements_without_requirement"] == ["S-002", "S-003", "S-004", "S-005", "S-006"]
+    assert made["statements_without_requirement"] == [f"S-00{n}" for n in range(2, 8)]
     assert "1017h" not in made["unstated"]
     assert "services/heartbeat_producer/min_ms" not in made["unstated"]
     assert "1000h" in made["unstated"]
@@ -85,9 +90,51 @@ def test_the_matrix_leads_from_requirements_to_statements_and_back(write: Write)
 
 def test_a_statement_on_another_variant_is_left_out(write: Write) -> None:
     spec = write(STATEMENTS)
-    assert matrix(spec)["totals"]["statements"] == 6
+    assert matrix(spec)["totals"]["statements"] == 7
+    assert matrix(spec, "one-axis")["totals"]["statements"] == 6
     assert matrix(spec, "two-axis")["totals"]["statements"] == 7
     assert matrix(spec, "two-axis")["totals"]["statements_by_status"]["open"] == 2
+
+
+def test_a_statement_is_verified_where_one_variant_shows_it(write: Write) -> None:
+    spec = write(STATEMENTS, ("says: It sends EMCY., open: nobody asks", EMCY))
+
+    for variant, variants, status, shown_in, reason in (
+        (None, ["one-axis", "two-axis"], "verified", ["two-axis"], None),
+        ("one-axis", ["one-axis"], "open", [], "no item on this variant"),
+        ("two-axis", ["two-axis"], "verified", ["two-axis"], None),
+    ):
+        made = matrix(spec, variant)
+        statement = next(s for s in made["statements"] if s["id"] == "S-006")
+        assert (made["variant"], made["variants"]) == (variant, variants)
+        assert (statement["status"], statement["shown_in"]) == (status, shown_in)
+        assert statement["reason"] == reason
+        assert statement["requirements"] == ["EMCY-03"]
+    page = to_markdown(matrix(spec))
+    assert re.search(
+        r"^\| S-006 \| 2 \| It sends EMCY. \| EMCY-03: .* \| two-axis \|$", page, re.MULTILINE
+    )
+    assert re.search(r"^\| S-001 .* \| all \|$", page, re.MULTILINE)
+
+
+def test_a_verified_statement_may_say_what_its_check_needs(write: Write) -> None:
+    both = "needs: stimulus, verified_by: [TPDO-05]"
+    made = matrix(write(STATEMENTS, ("needs: stimulus", both)))
+
+    statement = next(s for s in made["statements"] if s["id"] == "S-003")
+    assert (statement["status"], statement["needs"]) == ("verified", "stimulus")
+    assert made["totals"]["statements_by_status"]["stimulus"] == 0
+
+
+def test_the_share_of_what_can_be_shown_is_told(write: Write) -> None:
+    made = matrix(write(STATEMENTS))
+
+    assert (made["totals"]["showable"], made["totals"]["verified_percent"]) == (6, 16.7)
+    sentence = "can show 6 statements; 1 of them are verified (16.7 %)."
+    assert sentence in to_markdown(made)
+    nothing = matrix(write("format: 1\ndevice: sensor\nstatements:\n" + STEEL))
+    assert (nothing["totals"]["showable"], nothing["totals"]["verified_percent"]) == (0, None)
+    assert "can show" not in to_markdown(nothing)
 
 
 def test_without_statements_the_catalogue_says_so(write: Write) -> None:
@@ -137,6 +184,8 @@ def check_totals(made: dict[str, Any]) -> None:
     assert number(page, "would need an operator") == by_status["operator"]
     assert number(page, "not visible on a bus") == by_status["not_visible"]
     assert number(page, "visible, not asked for yet") == by_status["open"]
+    assert totals["showable"] == totals["statements"] - by_status["not_visible"]
+    assert totals["verified_percent"] == round(100 * by_status["verified"] / totals["showable"], 1)
     for status, count in by_status.items():
         assert count == len([s for s in made["statements"] if s["status"] == status])
     unverified = totals["statements"] - by_status["verified"]
@@ -152,7 +201,7 @@ def test_the_totals_agree(write: Write) -> None:
 @pytest.mark.parametrize("name", WITH_STATEMENTS)
 def test_the_totals_of_the_house_agree(name: str) -> None:
     spec = load_spec(SPECS / f"{name}.yaml")
-    for variant in spec.variants:
+    for variant in (None, *spec.variants):
         check_totals(matrix(spec, variant))
 
 
@@ -236,7 +285,7 @@ def test_a_requirement_without_an_item_is_told_at_its_line(
     finished = command("catalogue", path)
 
     assert finished.code == 3
-    wanted = "expected a requirement with items on one-axis, two-axis, got OD-07"
+    wanted = "expected a requirement with items on one-axis or two-axis, got OD-07"
     assert f"sensor.statements.yaml:8: statements.0.verified_by.1: {wanted}" in finished.err
 
 

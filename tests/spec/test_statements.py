@@ -142,6 +142,10 @@ PATHS = "expected a path such as objects/0x1017/default of spec.yaml"
             f":10: statements.1: {FATES}, got needs and open",
         ),
         (
+            ("needs: stimulus", "because: no\n    verified_by: [HB-01]"),
+            f":10: statements.1: {FATES}, got verified_by and because",
+        ),
+        (
             ("needs: stimulus", "needs: luck"),
             ":15: statements.1.needs: expected 'power', 'stimulus' or 'operator', got 'luck'",
         ),
@@ -244,9 +248,20 @@ def test_the_schema_is_valid_and_in_device_specs() -> None:
         ("needs: stimulus", "needs: luck"),
         ("    needs: stimulus\n", ""),
         ("needs: stimulus", "needs: power\n    open: later"),
+        ("needs: stimulus", "needs: power\n    verified_by: [HB-01]\n    open: later"),
         ("    says: There", "    say: There"),
     ],
 )
 def test_the_schema_refuses_a_typo(edit: Edit, beside: Beside) -> None:
     assert not list(VALIDATOR.iter_errors(read_yaml(beside(GOOD)).data))
     assert list(VALIDATOR.iter_errors(read_yaml(beside(changed(edit))).data))
+
+
+def test_what_a_check_needs_may_stand_beside_what_verifies(beside: Beside) -> None:
+    path = beside(changed(("needs: stimulus", "needs: power\n    verified_by: [HB-01]")))
+    assert not list(VALIDATOR.iter_errors(read_yaml(path).data))
+    file, problems = find_statement_problems(load_spec(spec_of(path)))
+    assert problems == []
+    assert file is not None
+    second = file.statements[1]
+    assert (second.needs, second.verified_by) == ("power", ["HB-01"])
