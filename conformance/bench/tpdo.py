@@ -16,6 +16,7 @@ from conformance.wire.pdo import MappingEntry
 
 _COB_ID, _TYPE, _INHIBIT, _EVENT_TIMER = 1, 2, 3, 5
 _NOT_VALID = 1 << 31
+_BIT_30 = 1 << 30
 _EXTENDED = 1 << 29
 _CAN_ID = 0x7FF
 
@@ -72,6 +73,22 @@ class TpdoPort:
     def _write_cob_id(self, word: int) -> None:
         if self._writable(self._communication, _COB_ID):
             self._node.download(self._communication, _COB_ID, word)
+
+    def allow_remote(self, bit_30: int) -> None:
+        """Give bit 30 of the COB-ID a value; the TPDO is disabled before and enabled after."""
+        self.disable()
+        self._cob_id = self._cob_id & ~_BIT_30 | bit_30 << 30
+        self.enable()
+
+    def set_inhibit_time(self, value: int) -> None:
+        """Write the inhibit time; the TPDO is disabled before and enabled after."""
+        self.disable()
+        self._node.download(self._communication, _INHIBIT, value)
+        self.enable()
+
+    def request(self, octets: int) -> None:
+        """Ask for the TPDO by a remote frame of its length."""
+        self._node.send(Frame(self._can_id, remote=True, dlc=octets))
 
     def configure(
         self, transmission_type: int, *, event_ms: int = 0, mapped: Sequence[Entry] = ()
@@ -142,6 +159,11 @@ class TpdoPort:
         count = self._node.number(self._mapping, 0)
         words = (self._node.number(self._mapping, place) for place in range(1, count + 1))
         return [MappingEntry.from_word(word) for word in words if word]
+
+    @property
+    def mapped_octets(self) -> int:
+        """Octets of the mapped objects."""
+        return (sum(word.bits for word in self.mapping()) + 7) // 8
 
     def listen(self, duration_s: float) -> list[Stamped]:
         """Receive for a while and return this TPDO's frames."""

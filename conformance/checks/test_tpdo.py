@@ -4,51 +4,52 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import pairwise
-from typing import NamedTuple
 
-from conformance.bench.link import Stamped
 from conformance.bench.node import Node
-from conformance.bench.tpdo import TpdoPort
 from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
 from conformance.checks.steps import ENTER, require_alive
+from conformance.checks.tpdo_cases import Numbered
 from conformance.checks.tpdos import (
     ASYNCHRONOUS,
     allows,
     disablable,
     event_time_ms,
+    gaps_ms,
     listen,
     others_off,
     paced,
     port_of,
-    send_sync,
+    require_in_force,
+    send_syncs,
     set_up,
-    sync_ms,
     tpdos,
 )
-from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec
 from conformance.verdict import Verdict
 from conformance.wire.nmt import NmtState
 
 COMMUNICATION = f"{CIA301}, 7.5.2.37"
-LAST_S = 0.2
-EVENT_TIMES_MS = (20, 100)
+EVENT_TIMES_MS = (20, 100, 300)
+"""The last one needs two octets."""
 SYNC_TYPES = (1, 2, 3, 240)
-PERIODS = 20
-PERIODS_BEFORE = 4
+LONGEST_S = 2.0
 
 
-class Numbered(NamedTuple):
-    """A TPDO and one figure to try."""
+def _periods(period_ms: int) -> int:
+    """Return over how many periods an event timer is watched."""
+    return max(4, min(20, round(LONGEST_S * 1000 / period_ms)))
 
-    number: int
-    figure: int
+
+def _event_times(spec: DeviceSpec) -> Iterable[int]:
+    """Return the least cycle that is documented, and longer times."""
+    least_ms = spec.services.tpdo.min_cycle_ms if spec.services.tpdo else None
+    return EVENT_TIMES_MS if least_ms is None else (least_ms, *EVENT_TIMES_MS)
 
 
 def _event_timers(spec: DeviceSpec) -> Iterable[Case]:
     for case in tpdos(spec):
-        times = {event_time_ms(spec, case.subject, at_least) for at_least in EVENT_TIMES_MS}
+        times = {event_time_ms(spec, case.subject, at_least) for at_least in _event_times(spec)}
         if any(allows(spec, case.subject, n) for n in ASYNCHRONOUS):
             for figure in sorted(time for time in times if time is not None):
                 numbered = Numbered(case.subject, figure)
@@ -106,16 +107,17 @@ def test_event_timer_sets_the_period(node: Node, timer: Numbered, verdict: Verdi
     set_up(node, port, kind, timer.figure)
     port.start()
     if timer.figure != before_ms:
-        _require_in_force(port, before_ms)
+        require_in_force(port, before_ms)
 
-    seen = port.collect(PERIODS + 2, (PERIODS + 2) * timer.figure * 2 / 1000)
+    periods = _periods(timer.figure)
+    seen = port.collect(periods + 2, (periods + 2) * timer.figure * 2 / 1000)
 
-    gaps_ms = [(b.time_s - a.time_s) * 1000 for a, b in pairwise(seen[1:])]
-    verdict.equal("intervals seen", len(gaps_ms), PERIODS)
-    verdict.within("TPDO period", gaps_ms, timer.figure, gap_tolerance_ms(timer.figure), unit="ms")
+    gaps = gaps_ms(seen[1:])
+    verdict.equal("intervals seen", len(gaps), periods)
+    verdict.within("TPDO period", gaps, timer.figure, gap_tolerance_ms(timer.figure), unit="ms")
     verdict.within(
         "mean TPDO period",
-        mean(gaps_ms),
+        mean(gaps),
         timer.figure,
         mean_tolerance_ms(timer.figure),
         unit="ms",
@@ -136,45 +138,16 @@ def test_tpdo_follows_every_nth_sync(node: Node, kind: Numbered, verdict: Verdic
     before_ms = port.event_ms
     set_up(node, port, kind.figure)
     port.start()
-    _require_in_force(port, before_ms)
+    require_in_force(port, before_ms)
 
     syncs = 2 * kind.figure if kind.figure > 10 else 5 * kind.figure
-    answered = _send_syncs(node, port, syncs)
+    answered = send_syncs(node, port, syncs)
 
     wanted = syncs // kind.figure
     verdict.equal(f"TPDOs after {syncs} SYNCs", sum(map(len, answered)), wanted)
     places = [place for place, seen in enumerate(answered) if seen]
     distances = sorted({b - a for a, b in pairwise(places)})
     verdict.equal("SYNCs from TPDO to TPDO", distances, [kind.figure])
-
-
-def _require_in_force(port: TpdoPort, before_ms: int) -> None:
-    """Make sure that a TPDO acts on its new parameters, where they may have to be stored first.
-
-    Raises:
-        SetupRefused: It is still sent at the period it had before.
-    """
-    later = port.may_act_later
-    if later is None or not before_ms:
-        return
-    seen = port.collect(PERIODS_BEFORE + 1, (PERIODS_BEFORE + 2) * before_ms / 1000)
-    gaps_ms = [(b.time_s - a.time_s) * 1000 for a, b in pairwise(seen[1:])]
-    tolerance_ms = gap_tolerance_ms(before_ms)
-    if gaps_ms and all(abs(gap_ms - before_ms) <= tolerance_ms for gap_ms in gaps_ms):
-        raise SetupRefused(
-            f"the TPDO is still sent every {before_ms} ms; new parameters may have to be stored "
-            f"and the node reset first (reading {later.reading} of {later.ambiguity})"
-        )
-
-
-def _send_syncs(node: Node, port: TpdoPort, count: int) -> list[list[Stamped]]:
-    """Send SYNCs and return the TPDOs that came after each, before the next."""
-    answered = []
-    for _ in range(count):
-        send_sync(node)
-        answered.append(port.listen(sync_ms(node.spec) / 1000))
-    answered[-1] += port.listen(LAST_S)
-    return answered
 
 
 @requirement(

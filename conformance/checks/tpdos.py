@@ -5,14 +5,16 @@ CiA 301 v4.2.0, 7.2.2 and 7.5.2.37.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import ceil
 
 from conformance.bench.link import Stamped
 from conformance.bench.node import Node
 from conformance.bench.tpdo import TpdoPort
 from conformance.checks import cases
+from conformance.checks.limits import gap_tolerance_ms
 from conformance.checks.steps import COB_ID_SUB, tpdo_service
 from conformance.errors import SetupRefused
 from conformance.requirements import Case
@@ -25,11 +27,14 @@ SYNC_MS = 20
 FRAME_BITS = 135
 """A TPDO of eight octets, bit stuffing included."""
 WINDOW_S = 0.5
+LAST_S = 0.2
+PERIODS_BEFORE = 4
 NOT_VALID = 1 << 31
 MOST_TRIED = 4
 ASYNCHRONOUS = (254, 255)
 SYNCHRONOUS = range(1, 241)
 TYPE_SUB = 2
+INHIBIT_SUB = 3
 EVENT_TIMER_SUB = 5
 
 
@@ -188,8 +193,8 @@ def paced(node: Node, number: int) -> Pace:
     return pace
 
 
-def send_sync(node: Node) -> None:
-    """Send a SYNC with the COB-ID that the node listens to.
+def sync_id(node: Node) -> int:
+    """Return the CAN-ID of the SYNC that the node listens to.
 
     Raises:
         SetupRefused: The manual documents no SYNC consumer.
@@ -197,8 +202,45 @@ def send_sync(node: Node) -> None:
     consumer = node.spec.services.sync_consumer
     if consumer is None:
         raise SetupRefused("the manual documents no SYNC consumer")
-    can_id = cob_id.SYNC if consumer.object is None else node.number(consumer.object) & 0x7FF
-    node.send(sync.encode(sync.Sync(None), can_id))
+    return cob_id.SYNC if consumer.object is None else node.number(consumer.object) & 0x7FF
+
+
+def send_sync(node: Node) -> None:
+    """Send a SYNC with the COB-ID that the node listens to."""
+    node.send(sync.encode(sync.Sync(None), sync_id(node)))
+
+
+def send_syncs(node: Node, port: TpdoPort, count: int) -> list[list[Stamped]]:
+    """Send SYNCs and return the TPDOs that came after each, before the next."""
+    answered = []
+    for _ in range(count):
+        send_sync(node)
+        answered.append(port.listen(sync_ms(node.spec) / 1000))
+    answered[-1] += port.listen(LAST_S)
+    return answered
+
+
+def gaps_ms(seen: Sequence[Stamped]) -> list[float]:
+    """Return the times from one frame to the next."""
+    return [(b.time_s - a.time_s) * 1000 for a, b in pairwise(seen)]
+
+
+def require_in_force(port: TpdoPort, before_ms: int) -> None:
+    """Make sure that a TPDO acts on its new parameters, where they may have to be stored first.
+
+    Raises:
+        SetupRefused: It is still sent at the period it had before.
+    """
+    later = port.may_act_later
+    if later is None or not before_ms:
+        return
+    seen = port.collect(PERIODS_BEFORE + 1, (PERIODS_BEFORE + 2) * before_ms / 1000)
+    gaps, tolerance_ms = gaps_ms(seen[1:]), gap_tolerance_ms(before_ms)
+    if gaps and all(abs(gap - before_ms) <= tolerance_ms for gap in gaps):
+        raise SetupRefused(
+            f"the TPDO is still sent every {before_ms} ms; new parameters may have to be stored "
+            f"and the node reset first (reading {later.reading} of {later.ambiguity})"
+        )
 
 
 def listen(node: Node, port: TpdoPort, pace: Pace) -> list[Stamped]:

@@ -19,6 +19,7 @@ _US: Final = 1_000
 
 ACYCLIC: Final = 0
 MOST_SYNCS: Final = 240
+MOST_OCTETS: Final = 8
 RTR_AT_SYNC: Final = 0xFC
 RTR: Final = 0xFD
 EVENT: Final = (0xFE, 0xFF)
@@ -43,12 +44,13 @@ class Tpdo:
         self._inhibit_unit_ns = spec.inhibit_unit_us * _US
         self._event = node.agenda.timer(self._event_due)
         self._inhibited = node.agenda.timer(lambda _due_ns: self._send())
-        self._free_ns = 0
+        self._free_ns = self._run_ns = 0
         self._active = False
         self._cob_id = self._type = self._syncs = 0
         self._mapping: list[tuple[Key, int]] = []
         self._sampled: bytes | None = None
         self._last: bytes | None = None
+        self._frozen: bytes | None = None
         TpdoRules(node, spec, number)
         if spec.below_min_cycle == "ignored":
             node.dictionary.adjusts[self._communication, 5] = self._unless_too_short
@@ -83,6 +85,8 @@ class Tpdo:
             return
         if self._type == RTR_AT_SYNC:
             self._sampled = self._data()
+            if self._node.faults.tpdo_sends_unasked:
+                self._send()
         elif self._type == ACYCLIC:
             if self._data() != self._last:
                 self._send()
@@ -100,7 +104,8 @@ class Tpdo:
             or self._node.faults.tpdo_ignores_rtr
         ):
             return
-        if self._cob_id & NO_RTR and not self._node.faults.tpdo_answers_forbidden_rtr:
+        allowed = bool(self._cob_id & NO_RTR) == (self._spec.remote == "bit-30-set")
+        if not allowed and not self._node.faults.tpdo_answers_forbidden_rtr:
             return
         if self._type == RTR:
             self._send()
@@ -126,13 +131,20 @@ class Tpdo:
     def _start(self) -> None:
         """Begin as on entering Operational."""
         self._syncs = 0
-        self._sampled = self._last = None
+        self._sampled = self._last = self._frozen = None
         self._free_ns = 0
-        period_ns = self._period_ns()
-        if self._type in EVENT and (period_ns or self._spec.first == "always"):
+        self._run_ns = self._period_ns()
+        if not self._is_timed():
+            return
+        first = bool(self._run_ns) or self._spec.first == "always"
+        if first and not self._node.faults.tpdo_first_late:
             self._trigger()
-        if self._type in EVENT and period_ns:
-            self._event.start(self._node.agenda.now_ns + period_ns)
+        if self._run_ns:
+            self._event.start(self._node.agenda.now_ns + self._run_ns)
+
+    def _is_timed(self) -> bool:
+        always = self._spec.event_time_acts == "always" or self._node.faults.tpdo_timer_always_acts
+        return self._type in EVENT or (always and ACYCLIC < self._type <= MOST_SYNCS)
 
     def _unless_too_short(self, value: Value) -> Value:
         present = self._dictionary.number(self._communication, 5)
@@ -145,30 +157,37 @@ class Tpdo:
         return round(period_ms * _MS * self._node.faults.tpdo_event_timer_factor)
 
     def _event_due(self, due_ns: int) -> None:
-        """Send; a period written since the last time counts from here on."""
+        """Send; a period written since the last time counts from here on, or from the next start."""
         self._trigger()
-        period_ns = self._period_ns()
-        if period_ns:
-            self._event.start(due_ns + period_ns)
+        if self._spec.new_event_time == "next-run" and not self._node.faults.tpdo_timer_never_stops:
+            self._run_ns = self._period_ns()
+        if self._run_ns:
+            self._event.start(due_ns + self._run_ns)
 
     def _event_time_written(self, value: Value) -> None:
-        if not value:
+        faults, runs = self._node.faults, self._event.due_ns is not None
+        stops = not faults.tpdo_timer_never_stops if not value else faults.tpdo_new_event_time_stops
+        if runs and stops:
             self._event.stop()
-        elif self._active and self._type in EVENT and self._event.due_ns is None:
-            self._event.start(self._node.agenda.now_ns + self._period_ns())
+        elif value and self._active and self._is_timed() and not runs:
+            self._run_ns = self._period_ns()
+            self._event.start(self._node.agenda.now_ns + self._run_ns)
 
     def _parameter_written(self, _value: Value) -> None:
         self.refresh()
 
     def _trigger(self) -> None:
         """Send now, or at the end of the inhibit time."""
-        if self._node.agenda.now_ns >= self._free_ns or self._node.faults.tpdo_ignores_inhibit_time:
+        free = self._node.agenda.now_ns >= self._free_ns or self._spec.inhibited == "changes"
+        if free or self._node.faults.tpdo_ignores_inhibit_time:
             self._send()
         elif self._inhibited.due_ns is None:
             self._inhibited.start(self._free_ns)
 
     def _send(self, data: bytes | None = None) -> None:
         self._last = data = self._data() if data is None else data
+        if self._node.faults.tpdo_frozen:
+            self._frozen = data = self._frozen or data
         inhibit = self._dictionary.number(self._communication, 3)
         self._free_ns = self._node.agenda.now_ns + inhibit * self._inhibit_unit_ns
         if self._node.faults.tpdo_short:
@@ -179,6 +198,8 @@ class Tpdo:
         data = pack([(self._raw(key, bits), bits) for key, bits in self._mapping])
         if self._reverses("pdo"):
             data = data[::-1]
+        if self._node.faults.tpdo_fills_up:
+            return data.ljust(MOST_OCTETS, b"\xff")
         return data.ljust(self._spec.octets or 0, b"\0")
 
     def _raw(self, key: Key, bits: int) -> int:

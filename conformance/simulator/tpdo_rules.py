@@ -39,6 +39,8 @@ class TpdoRules:
         guards = node.dictionary.guards
         guards[self._communication, 2].append(self._check_type)
         guards[self._communication, 3].append(partial(self._check_while_valid, 3))
+        if self._faults.tpdo_drops_inhibit_time:
+            node.dictionary.adjusts[self._communication, 3] = self._unless_valid
         guards[self._communication, 5].append(self._check_cycle)
         guards[self._communication, 6].append(partial(self._check_while_valid, 6))
         guards[self._mapping, 0].append(self._check_count)
@@ -68,10 +70,13 @@ class TpdoRules:
             raise SdoAbortError(AbortCode.INVALID_VALUE)
 
     def _check_while_valid(self, sub: int, value: Value) -> None:
-        if self._spec.change_while_valid == "accepted":
+        if self._spec.change_while_valid == "accepted" or self._faults.tpdo_drops_inhibit_time:
             return
         if self._is_valid() and value != self._dictionary.number(self._communication, sub):
             raise SdoAbortError(AbortCode.INVALID_VALUE)
+
+    def _unless_valid(self, value: Value) -> Value:
+        return self._dictionary.number(self._communication, 3) if self._is_valid() else value
 
     def _check_cycle(self, value: Value) -> None:
         if self._spec.below_min_cycle != "refused" or self._faults.accepts_out_of_range:

@@ -1,0 +1,156 @@
+"""TPDO: undocumented transmission types, and what a synchronous type rules out (CiA 301 v4.2.0, 7.5.2.37)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from conformance.bench.node import Node
+from conformance.bench.stimulus import Stimulus
+from conformance.checks.cases import OUT_OF_RANGE
+from conformance.checks.steps import make_writable, own_value
+from conformance.checks.tilted_tpdos import carry_the_tilt, tilted
+from conformance.checks.tpdo_cases import (
+    Numbered,
+    documents,
+    judge_reading,
+    outcome_of,
+    parameter_of,
+    readings_of,
+    synchronous,
+    timed,
+    type_readings,
+    typed,
+)
+from conformance.checks.tpdos import (
+    EVENT_MS,
+    TYPE_SUB,
+    WINDOW_S,
+    allows,
+    event_time_ms,
+    others_off,
+    port_of,
+    require_in_force,
+    send_sync,
+    set_up,
+)
+from conformance.errors import SetupRefused
+from conformance.requirements import CIA301, Case, requirement
+from conformance.spec.model import DeviceSpec
+from conformance.verdict import Verdict
+from conformance.wire.abort import describe
+
+COMMUNICATION = f"{CIA301}, 7.5.2.37"
+ACYCLIC = 0
+EVERY_SYNC = 1
+ANSWER_S = 0.1
+TILT_DEG = 3.0
+
+
+def _undocumented(spec: DeviceSpec) -> Iterable[Case]:
+    tpdo = spec.services.tpdo
+    if tpdo is not None:
+        beside = {
+            edge for low, high in tpdo.transmission_types for edge in (int(low) - 1, int(high) + 1)
+        }
+        figures = [
+            it for it in sorted({0, 255} | beside) if 0 <= it <= 255 and not documents(tpdo, it)
+        ]
+        for case in typed(spec):
+            for figure in figures:
+                numbered = Numbered(case.subject, figure)
+                yield Case(f"{case.label}/type-{figure}", numbered, case.section)
+
+
+@requirement(
+    "TPDO-13",
+    level="shall",
+    cases=("kind", _undocumented),
+    source=f"{COMMUNICATION}; 7.2.4.3.17",
+    effects=("reads", "writes"),
+)
+def test_undocumented_transmission_type(node: Node, kind: Numbered, verdict: Verdict) -> None:
+    """An undocumented transmission type is aborted with a code for an invalid value, and the old one stays."""
+    entry = parameter_of(node, kind.number, TYPE_SUB)
+    make_writable(node, entry)
+    present = own_value(node, entry)
+
+    answer = node.try_download(*entry.key, entry.type.encode(kind.figure))
+
+    quantity = f"transmission type {kind.figure}"
+    readings = type_readings(node.spec, kind.figure)
+    judge_reading(verdict, quantity, readings, outcome_of(answer))
+    if answer.abort is not None:
+        verdict.one_of(f"abort code for {quantity}", answer.abort, OUT_OF_RANGE, show=describe)
+        verdict.equal(
+            f"{entry.address} afterwards", node.upload(*entry.key), present, show=bytes.hex
+        )
+
+
+def _both(spec: DeviceSpec) -> Iterable[Case]:
+    with_timer = {case.subject for case in timed(spec)}
+    return (case for case in synchronous(spec) if case.subject in with_timer)
+
+
+@requirement(
+    "TPDO-14",
+    level="shall",
+    cases=("number", _both),
+    source=COMMUNICATION,
+    effects=("reads", "writes"),
+)
+def test_event_timer_leaves_a_synchronous_tpdo(node: Node, number: int, verdict: Verdict) -> None:
+    """With a synchronous type the event timer sends nothing."""
+    port, event_ms = port_of(node, number), event_time_ms(node.spec, number, EVENT_MS) or EVENT_MS
+    others_off(node, number)
+    before_ms = port.event_ms
+    set_up(node, port, EVERY_SYNC, event_ms)
+    port.start()
+    require_in_force(port, before_ms)
+
+    unasked = port.listen(max(WINDOW_S, 4 * event_ms / 1000))
+    send_sync(node)
+    answered = port.listen(ANSWER_S)
+
+    readings = readings_of(
+        node.spec, lambda tpdo: "none" if tpdo.event_time_acts == "asynchronous" else "some"
+    )
+    judge_reading(verdict, "TPDOs without SYNC", readings, "some" if unasked else "none")
+    verdict.equal("TPDOs after a SYNC", "some" if answered else "none", "some")
+
+
+def _acyclic(spec: DeviceSpec) -> Iterable[Case]:
+    if spec.services.sync_consumer is not None:
+        for case in tilted(spec):
+            if allows(spec, case.subject, ACYCLIC):
+                yield case
+
+
+@requirement(
+    "TPDO-15",
+    level="should",
+    cases=("number", _acyclic),
+    source=COMMUNICATION,
+    effects=("reads", "writes"),
+    needs=("tilt",),
+)
+def test_acyclic_tpdo_waits_for_sync(
+    node: Node, number: int, stimulus: Stimulus, verdict: Verdict
+) -> None:
+    """With type 0 a change of value sends the TPDO after the next SYNC, and not before."""
+    port = port_of(node, number)
+    stimulus.tilt(TILT_DEG, -TILT_DEG)
+    carry_the_tilt(node, port, ACYCLIC)
+    port.start()
+    send_sync(node)
+    before = port.listen(ANSWER_S)
+
+    mark = node.link.mark()
+    stimulus.tilt(-TILT_DEG, TILT_DEG)
+    early = node.link.since(mark, port.matches)
+    send_sync(node)
+    answered = port.listen(ANSWER_S)
+
+    if before and answered and before[-1].frame.data == answered[-1].frame.data:
+        raise SetupRefused("the TPDO does not show the tilt, see TPDO-19")
+    verdict.equal("TPDOs before the SYNC", len(early), 0)
+    verdict.equal("TPDOs after the SYNC", len(answered), 1)
