@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 from conformance.bench.link import Link
 from conformance.bench.rig import SimulatedRig
+from conformance.bench.settling import Settling
 from conformance.errors import SetupRefused
 
 SETTLE_S = 0.1
@@ -18,16 +19,25 @@ class Stimulus:
 
     Args:
         link: The link to the bus; a simulated one carries its devices' surroundings.
+        settling: What waits for the device's filters.
     """
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, link: Link, settling: Settling) -> None:
         self._link = link
+        self._settling = settling
         self._changed = False
 
     def tilt(self, x_deg: float, y_deg: float = 0.0) -> None:
-        """Tilt the device and let it settle."""
+        """Tilt the device and let it settle, its filters included."""
         self._rig.set_tilt(x_deg, y_deg)
         self._settle()
+        self._settling.wait()
+
+    def turn(self, x_deg: float, y_deg: float) -> float:
+        """Tilt the device and return at once, with the time at which it was tilted."""
+        self._rig.set_tilt(x_deg, y_deg)
+        self._changed = True
+        return self._link.now()
 
     def temperature(self, degc: float) -> None:
         """Bring the device to a temperature and let it settle."""
@@ -54,6 +64,7 @@ class Stimulus:
         if self._changed:
             self._rig.at_rest()
             self._settle()
+            self._settling.wait()
             self._changed = False
 
     @property

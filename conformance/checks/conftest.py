@@ -12,6 +12,7 @@ from conformance.bench.lights import LightsPort
 from conformance.bench.lss import LssPort
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
+from conformance.bench.settling import Settling
 from conformance.bench.stimulus import Stimulus
 from conformance.checks import BENCH, PASSED, VERDICT
 from conformance.spec.model import DeviceSpec
@@ -48,9 +49,9 @@ def heartbeat(node: Node, spec: DeviceSpec) -> HeartbeatPort:
 
 
 @pytest.fixture
-def stimulus(bench: Bench) -> Iterator[Stimulus]:
+def stimulus(bench: Bench, node: Node) -> Iterator[Stimulus]:
     """What can be changed around the node; it is brought back afterwards."""
-    stimulus = Stimulus(bench.link)
+    stimulus = Stimulus(bench.link, Settling(node))
     yield stimulus
     stimulus.rest()
 

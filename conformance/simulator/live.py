@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Final
 
@@ -23,6 +23,29 @@ _PER_UNIT: Final = {"mV": 1e3, "mg": 1e3, "mdeg": 1e3, "mdeg/s": 1e3, "rad": mat
 """What a physical value is multiplied with to be in a unit other than V, g, deg, deg/s, degC."""
 
 
+FORGOTTEN_NS: Final = 60_000_000_000
+"""After that time every filter has followed a turn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """A sudden change of the tilt.
+
+    Args:
+        at_ns: When.
+        x_deg: By how much about X.
+        y_deg: By how much about Y.
+    """
+
+    at_ns: int
+    x_deg: float
+    y_deg: float
+
+    def deg(self, axis: Follows) -> float:
+        """Return by how much an axis was tilted."""
+        return self.x_deg if axis == "tilt-x" else self.y_deg
+
+
 @dataclass(slots=True)
 class World:
     """The physical values at the sensor."""
@@ -34,11 +57,21 @@ class World:
     rate_z_deg_s: float = 0.0
     temperature_degc: float = 25.0
     supply_v: float = 24.0
+    turns: list[Turn] = field(default_factory=list, init=False)
 
-    def rest(self) -> None:
+    def tilt(self, x_deg: float, y_deg: float, now_ns: int) -> None:
+        """Tilt the sensor at once; what filters its angles has yet to follow."""
+        self.turns = [it for it in self.turns if now_ns - it.at_ns < FORGOTTEN_NS]
+        self.turns.append(Turn(now_ns, x_deg - self.tilt_x_deg, y_deg - self.tilt_y_deg))
+        self.tilt_x_deg, self.tilt_y_deg = x_deg, y_deg
+
+    def rest(self, now_ns: int) -> None:
         """Bring everything back to what it was at first."""
+        at_first = World()
+        self.tilt(at_first.tilt_x_deg, at_first.tilt_y_deg, now_ns)
         for quantity in fields(self):
-            setattr(self, quantity.name, quantity.default)
+            if quantity.init:
+                setattr(self, quantity.name, getattr(at_first, quantity.name))
 
     def tilt_deg(self, axis: Follows) -> float:
         """Return the tilt of an axis."""
@@ -69,6 +102,7 @@ class LiveValues:
         slopes: Turns an angle in deg into bits of an entry, for slopes with offsets.
         units: Returns the documented bits that one bit of an entry stands for now.
         stops: Lowest and highest angle that is shown of an axis, in deg.
+        lags: Returns the angle in deg by which an axis is ahead of its filter.
     """
 
     def __init__(self, world: World, dictionary: ObjectDictionary, faults: Faults) -> None:
@@ -79,6 +113,7 @@ class LiveValues:
         self.slopes: dict[Key, Callable[[float], float]] = {}
         self.units: dict[Key, Callable[[], float]] = {}
         self.stops: dict[Follows, tuple[float, float]] = {}
+        self.lags: dict[Follows, Callable[[], float]] = {}
         for entry in dictionary.entries.values():
             if entry.follows is not None and world.quantity(entry.follows) is not None:
                 dictionary.computed[entry.key] = partial(self._value, entry, entry.follows)
@@ -92,7 +127,7 @@ class LiveValues:
         if entry.follows is None or _whole_turn(entry):
             return False
         low, high = _limits(entry)
-        return not low <= self._counts(entry, entry.follows) <= high
+        return not low <= self._counts(entry, entry.follows, filtered=False) <= high
 
     def _value(self, entry: Entry, follows: Follows) -> Value:
         bits = self._counts(entry, follows)
@@ -102,18 +137,20 @@ class LiveValues:
         value = _shown(entry, bits, unit() if unit else 1.0)
         return self._frozen.setdefault(entry.key, value) if self._faults.live_frozen else value
 
-    def tilt_deg(self, axis: Follows) -> float:
+    def tilt_deg(self, axis: Follows, *, filtered: bool = True) -> float:
         """Return the angle that the sensor makes of an axis."""
         low, high = self.stops.get(axis, (-math.inf, math.inf))
         if self._faults.live_swaps_axes:
             axis = TILTS[1 - TILTS.index(axis)]
         tilt = self._world.tilt_deg(axis)
+        if filtered and axis in self.lags:
+            tilt -= self.lags[axis]()
         return min(max(-tilt if self._faults.live_negated else tilt, low), high)
 
-    def _counts(self, entry: Entry, follows: Follows) -> float:
+    def _counts(self, entry: Entry, follows: Follows, *, filtered: bool = True) -> float:
         if follows not in TILTS:
             return counts(entry, self._world.quantity(follows) or 0.0)
-        tilt = self.tilt_deg(follows)
+        tilt = self.tilt_deg(follows, filtered=filtered)
         slope = self.slopes.get(entry.key)
         return counts(entry, tilt) if slope is None else slope(tilt)
 

@@ -33,8 +33,7 @@ class SimulatorRig(ABC):
         """Tilt all nodes."""
 
         def tilt(node: SimulatedDevice) -> None:
-            node.world.tilt_x_deg, node.world.tilt_y_deg = x_deg, y_deg
-            node.world_changed()
+            node.tilt(x_deg, y_deg)
 
         self._stimulate(tilt)
 
@@ -60,8 +59,7 @@ class SimulatorRig(ABC):
         """Bring all nodes' surroundings back to what they were at first."""
 
         def rest(node: SimulatedDevice) -> None:
-            node.world.rest()
-            node.world_changed()
+            node.rest()
 
         self._stimulate(rest)
 

@@ -106,33 +106,63 @@ class StatusBits(_Behaviour):
     bits: Annotated[dict[Bit, StatusBit], Field(min_length=1)]
 
 
-Behaviour = Annotated[
-    SameValue | Paired | Slope | Zeroing | ResetCommand | StatusBits, Discriminator("rule")
+FilterKind: TypeAlias = Literal[
+    "off", "critically-damped", "butterworth", "without-overshoot", "any"
 ]
 
-_SLOPE_OBJECTS = (
-    "value",
-    "resolution",
-    "operating_parameter",
-    "preset",
-    "offset",
-    "differential_offset",
-)
+
+class LowPassFilter(_Behaviour):
+    """A low-pass filter that a measured angle passes.
+
+    ``selector``: the object that chooses the filter.
+    ``kinds``: what each of its values chooses; ``any``: the manual names no kind.
+    ``cut_off``: the object that holds the cut-off frequency, where there is one.
+    ``response``: how long a critically damped filter takes to respond.
+    ``slowest_first``: values of the selector in the order of their speed, where the manual has one.
+    """
+
+    rule: Literal["low-pass-filter"]
+    value: Address
+    selector: Address
+    kinds: Annotated[dict[int, FilterKind], Field(min_length=1)]
+    order: Annotated[int, Field(ge=1, le=16)]
+    cut_off: Address | None = None
+    response: Literal["inverse-of-cut-off"] | None = None
+    slowest_first: list[int] = Field(default=[])
+
+
+Behaviour = Annotated[
+    SameValue | Paired | Slope | Zeroing | ResetCommand | StatusBits | LowPassFilter,
+    Discriminator("rule"),
+]
+
+_OBJECTS: dict[type[_Behaviour], tuple[str, ...]] = {
+    Slope: (
+        "value",
+        "resolution",
+        "operating_parameter",
+        "preset",
+        "offset",
+        "differential_offset",
+    ),
+    LowPassFilter: ("value", "selector", "cut_off"),
+    Zeroing: ("command",),
+    ResetCommand: ("command",),
+    StatusBits: ("object",),
+}
+"""The attributes by which behaviours name single objects."""
 
 
 def named_objects(behaviour: Behaviour) -> Iterator[tuple[tuple[Hashable, ...], int | str]]:
     """Return every object that a behaviour names, with its place in it."""
+    for attribute in _OBJECTS.get(type(behaviour), ()):
+        named = getattr(behaviour, attribute)
+        if named is not None:
+            yield (attribute,), named
     match behaviour:
         case SameValue() | Paired():
             yield from ((("objects", n), it) for n, it in enumerate(behaviour.objects))
-        case Slope():
-            for attribute in _SLOPE_OBJECTS:
-                if getattr(behaviour, attribute) is not None:
-                    yield (attribute,), getattr(behaviour, attribute)
-        case Zeroing() | ResetCommand():
-            yield ("command",), behaviour.command
         case StatusBits():
-            yield ("object",), behaviour.object
             for bit, meaning in behaviour.bits.items():
                 if meaning.object is not None:
                     yield ("bits", bit, "object"), meaning.object

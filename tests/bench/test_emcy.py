@@ -11,6 +11,7 @@ from conformance import resources
 from conformance.bench.definition import load_bench
 from conformance.bench.emcy import EmcyPort, depths, provocations
 from conformance.bench.session import Bench
+from conformance.bench.settling import Settling
 from conformance.bench.stimulus import Stimulus
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
@@ -64,7 +65,7 @@ def test_the_node_is_left_as_it_was(bench: Bench) -> None:
     bench.find_node()
     node = bench.node()
     spec = bench.spec
-    port = EmcyPort(node, spec.services.emcy_producer, Stimulus(bench.link))
+    port = EmcyPort(node, spec.services.emcy_producer, Stimulus(bench.link, Settling(node)))
     before = node.number(0x1014), node.number(0x6110), node.number(0x1003)
     error = provocations(spec, spec.services.emcy_producer)[0]
 

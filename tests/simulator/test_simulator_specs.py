@@ -127,7 +127,7 @@ def test_the_ims360_maps_both_axes_by_default(
 ) -> None:
     bus = open_bus("siko_ims360:two-axis")
     bus.set_tilt(1.0, -1.0)
-    hear(bus, 0.3)
+    hear(bus, 1.0)
     assert ask(bus, "2B 00 18 05 0A 00 00 00", node=0x32)[:2] == "60"
     tell(bus, "000#0132")
     assert hear(bus, 0.005) == ["1B2#640000009CFFFFFF"]

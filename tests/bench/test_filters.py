@@ -1,0 +1,111 @@
+"""Filters are waited for after a tilt, and a node on which they were tried is left as it was."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TypeAlias
+
+import pytest
+
+from conformance.bench.definition import load_bench
+from conformance.bench.filters import Choice, choices, filters, moments, observe_filters
+from conformance.bench.node import Node
+from conformance.bench.session import Bench
+from conformance.bench.settings import Settings
+from conformance.bench.settling import Settling
+from conformance.bench.stimulus import Stimulus
+from conformance.errors import SetupRefused
+from conformance.resources import data
+from conformance.spec.load import load_spec
+from conformance.wire.nmt import NmtCommand
+
+Open: TypeAlias = Callable[..., tuple[Bench, Node, Stimulus]]
+
+
+@pytest.fixture
+def opened(tmp_path: Path) -> Iterator[Open]:
+    benches: list[Bench] = []
+
+    def open_one(device: str, variant: str, **options: object) -> tuple[Bench, Node, Stimulus]:
+        path = data("device_specs") / f"{device}.yaml"
+        spec = load_spec(path).resolve(variant)
+        definition = load_bench(data("fixtures/benches") / "simulator.yaml")
+        given = {"channel": str(path), "variant": variant, **options}
+        bench = Bench.open(definition, spec, given, tmp_path / "trace.log")
+        benches.append(bench)
+        bench.find_node()
+        node = bench.node()
+        return bench, node, Stimulus(bench.link, Settling(node))
+
+    yield open_one
+    for bench in benches:
+        bench.close()
+
+
+@pytest.mark.parametrize(("cut_off_mhz", "kind"), [(100, 2), (300, 1), (8000, 2), (2000, 0)])
+def test_a_tilt_is_over_when_the_filter_has_followed(
+    opened: Open, cut_off_mhz: int, kind: int
+) -> None:
+    _, node, stimulus = opened("siko_ims360", "two-axis")
+    node.download(0x3110, 1, kind)
+    node.download(0x3111, 0, cut_off_mhz)
+
+    stimulus.tilt(40.0, -40.0)
+
+    assert node.number(0x6110) == pytest.approx(4000, abs=3)
+    assert node.number(0x6120) == pytest.approx(-4000, abs=3)
+
+
+def test_a_node_that_does_not_answer_is_not_waited_for_long(opened: Open) -> None:
+    bench, node, stimulus = opened("siko_ims360", "two-axis")
+    node.nmt(NmtCommand.STOP)
+    before = bench.link.now()
+
+    stimulus.tilt(40.0, -40.0)
+
+    assert bench.link.now() - before < 2.0
+
+
+def test_what_to_try_is_legal_and_in_the_documented_order() -> None:
+    ims = load_spec(data("device_specs") / "siko_ims360.yaml").resolve("one-axis")
+    dst = load_spec(data("device_specs") / "danfoss_dst_x730.yaml").resolve("xy-10")
+    assert choices(ims, filters(ims)[0]) == [
+        Choice(0, None),
+        Choice(1, 2.0),
+        Choice(2, 0.5),
+        Choice(2, 2.0),
+    ]
+    assert choices(dst, filters(dst)[0]) == [Choice(0, None), Choice(1, None), Choice(2, None)]
+    assert "at-once" in moments(ims, filters(ims)[0])
+    assert moments(dst, filters(dst)[0]) == {"after-store", "after-store-and-reset"}
+
+
+@pytest.mark.parametrize("faults", ["", "readback-stale"])
+@pytest.mark.parametrize(
+    ("device", "variant", "key", "value"),
+    [("siko_ims360", "two-axis", (0x3111, 0), 1234), ("danfoss_dst_x730", "xy-30", (0x2001, 0), 1)],
+)
+def test_the_node_is_left_with_what_it_had_stored(
+    opened: Open, device: str, variant: str, key: tuple[int, int], value: int, faults: str
+) -> None:
+    _, node, stimulus = opened(device, variant, faults=faults)
+    if not faults:
+        entry = node.spec.entries[key]
+        node.write(*key, entry.type.encode(value))
+        Settings(node).begin()
+        node.write(*key, entry.type.encode(value))
+        node.save({key[0]})
+        node.reset()
+    before = node.number(*key)
+
+    try:
+        observe_filters(node, stimulus, filters(node.spec), (2.0, 2.0), (8.0, 8.0))
+    except SetupRefused:
+        assert faults
+    else:
+        assert not faults
+
+    node.power_cycle()
+    assert node.number(*key) == before
+    assert faults or before == value
