@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from conformance.bench.node import Node
 from conformance.bench.tpdo import TpdoPort
 from conformance.checks import cases
+from conformance.checks.held import Held, held, judge_content
 from conformance.checks.steps import tpdo_service
 from conformance.checks.tpdos import (
     is_number,
@@ -21,15 +20,12 @@ from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, requirement
 from conformance.spec.model import DeviceSpec, Entry, address
 from conformance.verdict import Verdict
-from conformance.wire.datatypes import DataType, Value
+from conformance.wire.datatypes import DataType
 from conformance.wire.nmt import NmtCommand
-from conformance.wire.pdo import MappingEntry, unpack
+from conformance.wire.pdo import MappingEntry
 
 MAPPING = f"{CIA301}, 7.5.2.38"
 MOST_BITS = 64
-SAMPLES = 5
-NOISE = 2
-"""Steps by which a measured value may move between two looks at it, for a REAL hundredths of it."""
 
 
 @requirement(
@@ -58,31 +54,7 @@ def test_tpdo_carries_the_mapped_objects(node: Node, number: int, verdict: Verdi
 
     if not seen:
         raise SetupRefused("the TPDO does not come, see TPDO-01")
-    data = seen[0].frame.data
-    bits = [field.entry.type.bits or 0 for field in mapped]
-    _judge_length(node.spec, len(data), (sum(bits) + 7) // 8, verdict)
-    if len(data) * 8 < sum(bits):
-        return
-    for field, raw in zip(mapped, unpack(data[: (sum(bits) + 7) // 8], bits), strict=True):
-        value = field.decode(raw)
-        verdict.holds(
-            f"{field.entry.address} in the TPDO",
-            expected=field.expected,
-            actual=str(value),
-            ok=field.low <= value <= field.high,
-        )
-
-
-def _judge_length(spec: DeviceSpec, octets: int, mapped: int, verdict: Verdict) -> None:
-    readings = {
-        (services.tpdo.octets or mapped) if services.tpdo else mapped: other
-        for services, other in spec.services_readings[::-1]
-    }
-    expected = " or ".join(str(length) for length in sorted(readings))
-    verdict.holds("octets", expected=expected, actual=str(octets), ok=octets in readings)
-    followed = readings.get(octets)
-    if followed is not None:
-        verdict.follows(followed.ambiguity, followed.reading)
+    judge_content(node.spec, verdict, seen[0].frame.data, mapped)
 
 
 def _to_be_mapped(entry: Entry, spec: DeviceSpec) -> bool:
@@ -129,31 +101,6 @@ def test_mappable_object_is_mapped(node: Node, entry: Entry, verdict: Verdict) -
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Held:
-    """A mapped entry and between which values it was seen.
-
-    Args:
-        entry: An entry that holds a number.
-        low: Least value a TPDO may carry.
-        high: Greatest value a TPDO may carry.
-    """
-
-    entry: Entry
-    low: float
-    high: float
-
-    @property
-    def expected(self) -> str:
-        """The values in words."""
-        return f"{self.low}" if self.low == self.high else f"{self.low} to {self.high}"
-
-    def decode(self, raw: int) -> float:
-        """Return the field of a TPDO as a number of the entry's type."""
-        size = self.entry.type.size or 0
-        return _as_number(self.entry.type.decode(raw.to_bytes(size, "little")))
-
-
 def _told_apart(node: Node) -> list[Held]:
     """Mappable entries that fit one TPDO and hold different values, so that their order shows.
 
@@ -164,15 +111,15 @@ def _told_apart(node: Node) -> list[Held]:
     most = tpdo_service(node).max_mapped
     most_bits = MOST_BITS - 8 if _may_be_filled_up(node.spec) else MOST_BITS  # so filling shows
     for entry in sorted(found, key=lambda entry: ((entry.type.bits or 0) % 8 > 0, -entry.index)):
-        bits = sum(field.entry.type.bits or 0 for field in chosen) + (entry.type.bits or 0)
+        bits = sum(other.entry.type.bits or 0 for other in chosen) + (entry.type.bits or 0)
         if bits > most_bits or len(chosen) == most:
             continue
         try:
-            held = _held(node, entry)
+            field = held(node, entry)
         except SetupRefused:
             continue
-        if all(held.high < other.low or other.high < held.low for other in chosen):
-            chosen.append(held)
+        if all(field.high < other.low or other.high < field.low for other in chosen):
+            chosen.append(field)
     if len(chosen) < min(2, most, len(found)):
         raise SetupRefused("the mappable objects all hold one value, so their order cannot be seen")
     return chosen
@@ -193,19 +140,4 @@ def _as_mapped(node: Node, port: TpdoPort) -> list[Held]:
     for entry in found:
         if not is_number(entry):
             raise SetupRefused(f"{entry.address} is mapped and holds no number ({entry.type.name})")
-    return [_held(node, entry) for entry in found]
-
-
-def _held(node: Node, entry: Entry) -> Held:
-    """Watch an entry; a measured value may move on by as much as it was seen to, and a little."""
-    values = [_as_number(node.value(entry.index, entry.sub)) for _ in range(SAMPLES)]
-    low, high = min(values), max(values)
-    step = 1 if entry.type.is_integer else max(abs(low), abs(high)) / 100
-    margin = high - low + NOISE * step if entry.kind == "live" else 0
-    return Held(entry, low - margin, high + margin)
-
-
-def _as_number(value: Value) -> float:
-    if not isinstance(value, int | float):
-        raise SetupRefused(f"expected a number, got {value!r}")
-    return value
+    return [held(node, entry) for entry in found]

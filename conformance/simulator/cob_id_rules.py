@@ -27,13 +27,15 @@ _WIDE: Final = 0x3FFF_F800
 def guard_cob_ids(node: Node, services: Services) -> None:
     """Let the COB-IDs of SYNC, EMCY and TPDOs be written by the rules only."""
     if services.sync_consumer is not None and services.sync_consumer.object is not None:
-        _guard(node, (services.sync_consumer.object, 0), _check_sync)
+        anything = services.sync_consumer.restricted == "accepted"
+        key = services.sync_consumer.object, 0
+        _guard(node, key, partial(_check_sync, anything=anything))
     if services.emcy_producer is not None:
         emcy = services.emcy_producer
         check = _producer_check(emcy.change_while_valid, emcy.restricted)
         _guard(node, (emcy.object, 0), check)
     if services.tpdo is not None:
-        check = _producer_check(services.tpdo.change_while_valid)
+        check = _producer_check(services.tpdo.change_while_valid, services.tpdo.restricted)
         for number in range(services.tpdo.count):
             _guard(node, (services.tpdo.communication + number, 1), check)
 
@@ -42,16 +44,15 @@ def _guard(node: Node, key: Key, check: Callable[[Node, Key, Value], None]) -> N
     node.dictionary.guards[key].append(partial(check, node, key))
 
 
-def _check_sync(node: Node, _key: Key, value: Value) -> None:
+def _check_sync(node: Node, _key: Key, value: Value, *, anything: bool) -> None:
     word = int(value)
     if word & (GENERATES | _WIDE):
         raise SdoAbortError(AbortCode.INVALID_VALUE)
-    _check_restricted(node, word)
+    if not anything:
+        _check_restricted(node, word)
 
 
-def _producer_check(
-    while_valid: str, restricted: str = "refused"
-) -> Callable[[Node, Key, Value], None]:
+def _producer_check(while_valid: str, restricted: str) -> Callable[[Node, Key, Value], None]:
     return partial(
         _check_producer, movable=while_valid == "accepted", anything=restricted == "accepted"
     )
@@ -60,7 +61,7 @@ def _producer_check(
 def _check_producer(node: Node, key: Key, value: Value, *, movable: bool, anything: bool) -> None:
     word = int(value)
     before = node.dictionary.number(*key)
-    if word & _WIDE:
+    if word & _WIDE and not node.faults.cob_id_ignores_bit_29:
         raise SdoAbortError(AbortCode.INVALID_VALUE)
     if word & NOT_VALID:
         return

@@ -8,6 +8,7 @@ from conformance.simulator.cob_id_rules import CAN_ID, NO_RTR, NOT_VALID
 from conformance.simulator.node import Node
 from conformance.simulator.tpdo_rules import TpdoRules, is_too_short
 from conformance.spec.document import Tpdo as TpdoSpec
+from conformance.spec.fields import key_of
 from conformance.spec.model import Key
 from conformance.wire.datatypes import Value
 from conformance.wire.frame import Frame
@@ -46,8 +47,11 @@ class Tpdo:
         self._inhibited = node.agenda.timer(lambda _due_ns: self._send())
         self._free_ns = self._run_ns = 0
         self._active = False
+        blank = node.faults.tpdo_blanks
+        self._blank = None if blank is None else key_of(blank)
         self._cob_id = self._type = self._syncs = 0
         self._mapping: list[tuple[Key, int]] = []
+        self._mapping_taken = False
         self._sampled: bytes | None = None
         self._last: bytes | None = None
         self._frozen: bytes | None = None
@@ -68,9 +72,11 @@ class Tpdo:
         transmission_type = number(self._communication, 2)
         changed = transmission_type != self._type
         self._type = transmission_type
-        self._mapping = self._mapped()
         faults = self._node.faults
         valid = not self._cob_id & NOT_VALID or faults.tpdo_ignores_bit31
+        if not (valid and self._mapping_taken and self._spec.map_otherwise == "waits"):
+            self._mapping = self._mapped()
+            self._mapping_taken = True
         active = valid and bool(self._mapping) and self._may_send()
         if not active or changed:
             self._event.stop()
@@ -119,7 +125,10 @@ class Tpdo:
     def _mapped(self) -> list[tuple[Key, int]]:
         """Return key and length in bits of each object mapped; empty entries are passed over."""
         number = self._dictionary.number
-        words = [number(self._map, sub) for sub in range(1, number(self._map) + 1)]
+        count = number(self._map)
+        if self._node.faults.tpdo_ignores_count and count:
+            count = self._max_mapped
+        words = [number(self._map, sub) for sub in range(1, count + 1)]
         mapped = [MappingEntry.from_word(word) for word in words if word]
         keys = [((entry.index, entry.sub), entry.bits) for entry in mapped if entry.bits]
         if self._node.faults.tpdo_swaps_mapped_entries and len(keys) > 1:
@@ -192,7 +201,12 @@ class Tpdo:
         self._free_ns = self._node.agenda.now_ns + inhibit * self._inhibit_unit_ns
         if self._node.faults.tpdo_short:
             data = data[:-1]
-        self._node.send(Frame(self._cob_id & CAN_ID, data))
+        self._node.send(Frame(self._can_id(), data))
+
+    def _can_id(self) -> int:
+        if self._node.faults.tpdo_keeps_cob_id:
+            return int(self._dictionary.default((self._communication, 1))) & CAN_ID
+        return self._cob_id & CAN_ID
 
     def _data(self) -> bytes:
         data = pack([(self._raw(key, bits), bits) for key, bits in self._mapping])
@@ -203,7 +217,7 @@ class Tpdo:
         return data.ljust(self._spec.octets or 0, b"\0")
 
     def _raw(self, key: Key, bits: int) -> int:
-        if key not in self._dictionary.entries:
+        if key not in self._dictionary.entries or key == self._blank:
             return 0
         data = self._dictionary.data(key)
         if self._reverses("objects"):

@@ -44,6 +44,8 @@ class TpdoRules:
         guards[self._communication, 5].append(self._check_cycle)
         guards[self._communication, 6].append(partial(self._check_while_valid, 6))
         guards[self._mapping, 0].append(self._check_count)
+        if self._faults.tpdo_maps_too_much:
+            node.dictionary.ranges[self._mapping, 0] = None
         for sub in range(1, spec.max_mapped + 1):
             guards[self._mapping, sub].append(self._check_entry)
 
@@ -84,8 +86,11 @@ class TpdoRules:
         if is_too_short(int(value), self._spec):
             raise SdoAbortError(AbortCode.INVALID_VALUE)
 
+    def _may_map_at_any_time(self) -> bool:
+        return self._spec.map_otherwise == "waits" or self._faults.tpdo_maps_while_valid
+
     def _check_disabled(self) -> None:
-        if self._faults.tpdo_maps_while_valid:
+        if self._may_map_at_any_time():
             return
         if "disabled" in self._spec.map_only_while and self._is_valid():
             raise SdoAbortError(AbortCode.UNSUPPORTED_ACCESS)
@@ -94,7 +99,7 @@ class TpdoRules:
         self._check_disabled()
         count = self._dictionary.entries[self._mapping, 0]
         must_be_zero = "count-zero" in self._spec.map_only_while and count.writable
-        lax = self._faults.tpdo_maps_while_valid
+        lax = self._may_map_at_any_time()
         if must_be_zero and self._dictionary.number(self._mapping) and not lax:
             raise SdoAbortError(AbortCode.UNSUPPORTED_ACCESS)
         if value:
@@ -102,6 +107,8 @@ class TpdoRules:
 
     def _check_count(self, value: Value) -> None:
         self._check_disabled()
+        if self._faults.tpdo_maps_too_much:
+            return
         count = int(value)
         if count > self._spec.max_mapped:
             raise SdoAbortError(AbortCode.PDO_LENGTH_EXCEEDED)

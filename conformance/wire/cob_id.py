@@ -18,7 +18,7 @@ LSS_SLAVE: Final = 0x7E4
 LSS_MASTER: Final = 0x7E5
 """CAN-ID of LSS requests, master to slave."""
 
-_RESTRICTED: Final = (
+RESTRICTED: Final = (
     range(0x080),
     range(0x101, 0x181),
     range(0x581, 0x600),
@@ -26,6 +26,8 @@ _RESTRICTED: Final = (
     range(0x6E0, 0x700),
     range(0x701, 0x800),
 )
+"""CAN-IDs that no configurable object may use."""
+
 _NOT_VALID: Final = 1 << 31
 _NO_RTR: Final = 1 << 30
 _EXTENDED: Final = 1 << 29
@@ -70,7 +72,7 @@ def _of_node(base: int, node_id: int) -> int:
 
 def is_restricted(can_id: int) -> bool:
     """Return whether no configurable object may use this 11-bit CAN-ID (7.3.5)."""
-    return any(can_id in restricted for restricted in _RESTRICTED)
+    return any(can_id in restricted for restricted in RESTRICTED)
 
 
 @dataclass(frozen=True, slots=True)
