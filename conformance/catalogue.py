@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from conformance import checks
+from conformance.checks.loading import load_checks
 from conformance.errors import Problem, SpecError
 from conformance.requirements import REGISTRY, Requirement
 from conformance.spec.load import SpecFile
@@ -16,15 +14,9 @@ from conformance.spec.readings import parse_path
 from conformance.spec.statements import Statement, StatementsFile
 from conformance.spec.yaml_reader import Path_, shown
 
+__all__ = ["STATUSES", "build", "find_requirement_problems", "load_checks"]
+
 STATUSES = ("verified", "power", "stimulus", "operator", "not_visible", "open")
-
-
-def load_checks() -> dict[str, Requirement]:
-    """Import every module of checks and return the registry, by id."""
-    for module in pkgutil.iter_modules(checks.__path__, f"{checks.__name__}."):
-        if module.name.rpartition(".")[2].startswith("test_"):
-            importlib.import_module(module.name)
-    return dict(sorted(REGISTRY.items()))
 
 
 def find_requirement_problems(file: SpecFile, statements: StatementsFile) -> list[Problem]:
