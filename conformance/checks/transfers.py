@@ -154,12 +154,12 @@ def _server(server: SdoServer | None) -> SdoServer:
 
 
 def follow(node: Node, verdict: Verdict, attribute: str, value: object) -> None:
-    """Note which reading has the SDO server so, where a manual leaves it open."""
-    of = [(getattr(_server(it.sdo_server), attribute), o) for it, o in node.spec.services_readings]
-    if len({has for has, _ in of}) > 1:
-        for has, other in of:
-            if has == value and other is not None:
+    """Note which reading has the SDO server so, where the judged one has it otherwise."""
+    for services, other in node.spec.services_readings:
+        if getattr(_server(services.sdo_server), attribute) == value:
+            if other is not None:
                 verdict.follows(other.ambiguity, other.reading)
+            return
 
 
 def announced(node: Node, entry: Entry, size: int, verdict: Verdict) -> bool:

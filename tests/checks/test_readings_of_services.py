@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 SPECS = Path(__file__).parents[2] / "device_specs"
 FRAME = re.compile(r"\((\d+\.\d+)\) \S+ ([0-9A-F]{3})#([0-9A-F]*)")
 
@@ -146,3 +148,28 @@ def test_a_limit_is_tried_with_a_value_that_suits_every_setting(
     passed = finished.items("pass")
     assert {"OD-11/3110h:01", "OD-11/3111h"} <= set(passed)
     assert finished.code == 0
+
+
+def test_forms_of_sdo_that_a_manual_leaves_open_are_named(judge: Callable[..., Any]) -> None:
+    finished = judge(
+        *("--variant", "xy-45", "--reading", "DST-43=2", "--reading", "DST-45=2"),
+        *("--select", "SDO-14 or SDO-20"),
+        device="danfoss_dst_x730",
+    )
+
+    assert finished.code == 0
+    assert followed(finished, "SDO-20") == [{"DST-43": 2}] * 3
+    assert followed(finished, "SDO-14") == [{"DST-45": 2}] * 2
+
+
+@pytest.mark.parametrize(("reading", "named"), [("1", {}), ("2", {"GIM-146": 2})])
+def test_a_download_in_segments_may_be_taken_or_refused(
+    reading: str, named: dict[str, int], judge: Callable[..., Any]
+) -> None:
+    finished = judge(
+        *("--reading", f"GIM-146={reading}", "--select", "SDO-09 or SDO-11 or SDO-12"),
+        device="baumer_gim140r",
+    )
+
+    assert finished.code == 0
+    assert followed(finished, "SDO-09") == [named] * 3
