@@ -102,6 +102,14 @@ def text(device: Wired) -> object:
     return device.ask("40 08 10 00 00 00 00 00")
 
 
+def short_answers(device: Wired) -> object:
+    return [device.ask(f"40 {it} 00 00 00 00") for it in ("17 10 00", "01 10 00", "08 10 00")]
+
+
+def without_size(device: Wired) -> object:
+    return device.ask("22 17 10 00 64 00 00 00"), device.read(0x1017)
+
+
 def short_event_time(device: Wired) -> object:
     device.nmt(0x01)
     answer = device.write("0x1800:5", 2)
@@ -203,7 +211,18 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "DST-37": (half_a_turn, {1: [], 2: [X]}),
     "DST-40": (error_in_stopped, {1: [], 2: [X]}),
     "DST-42": (cob_id_of_emcy, {1: ([REFUSED] * 2, [X]), 2: (["ok"] * 2, [f"090{X[3:]}"])}),
+    "DST-43": (
+        short_answers,
+        {
+            1: ["4B 17 10 00 00 00 00 00", "4F 01 10 00 00 00 00 00", "47 08 10 00 47 49 42 00"],
+            2: ["42 17 10 00 00 00 00 00", "42 01 10 00 00 00 00 00", "47 08 10 00 47 49 42 00"],
+        },
+    ),
     "DST-44": (text, {1: "47 08 10 00 47 49 42 00", 2: "41 08 10 00 03 00 00 00"}),
+    "DST-45": (
+        without_size,
+        {1: ("60 17 10 00 00 00 00 00", 100), 2: ("80 17 10 00 01 00 04 05", 0)},
+    ),
     "DST-50": (short_event_time, {1: (REFUSED, [100]), 2: ("ok", [2])}),
     "DST-51": (no_event_time, {1: 0, 2: 1}),
     "DST-52": (tpdo, {1: 4 + 2 * 4, 2: 4 + 2 * 8}),
