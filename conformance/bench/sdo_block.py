@@ -54,6 +54,21 @@ class BlockPort:
             return data
         return self._end_of_upload(data, reply, checked=crc and reply.crc)
 
+    def upload_acknowledging(self, index: int, sub: int, sequence: int) -> Transfer:
+        """Acknowledge a segment of a block upload that never came, and return how that ends."""
+        answer = self._sdo.ask(
+            sdo.BlockUploadInitiate(index, sub, crc=False, block_size=BLOCK_SIZE)
+        )
+        if not isinstance(answer.response, sdo.BlockUploadInitiateReply):
+            return _ended(answer, "a block upload response")
+        self._tell(sdo.BlockUploadStart())
+        for _ in range(BLOCK_SIZE):
+            received = self._channel.receive()
+            if received is None or _is_last(received.frame.data):
+                break
+        answer = self._sdo.ask(sdo.BlockUploadAck(sequence, BLOCK_SIZE))
+        return self._left_clean(index, sub, _ended(answer, "an abort"))
+
     def _blocks(self, block_size: int) -> bytes | Transfer:
         data = bytearray()
         for count in range(_MOST_SEGMENTS):
@@ -138,3 +153,11 @@ def _ended(answer: Answer, wanted: str) -> Transfer:
         return Transfer(abort=answer.code)
     answered = answer.received is not None
     return Transfer(fault=f"expected {wanted}, got {answer}", answered=answered)
+
+
+def _is_last(data: bytes) -> bool:
+    """Tell whether no segment follows: it was the last one, or it was none."""
+    try:
+        return sdo.decode_block_segment(data).last
+    except WireError:
+        return True

@@ -25,6 +25,8 @@ from conformance.verdict import Verdict
 from conformance.wire.abort import AbortCode, describe
 
 SDO = f"{CIA301}, 7.2.4.3"
+NO_SEGMENT = 128
+"""One more than a block may have."""
 FIXED = ("identity", "constant")
 
 
@@ -109,4 +111,21 @@ def test_wrong_block_size_is_refused(node: Node, what: tuple[Entry, int], verdic
 
     codes = (AbortCode.INVALID_BLOCK_SIZE, *NO_BLOCKS)
     judge_abort(f"block upload in blocks of {size}", transfer, verdict, *codes)
+    judge_recovery(node, verdict)
+
+
+def _number(spec: DeviceSpec) -> Iterable[Case]:
+    for upload in list(_uploads(spec))[:1]:
+        yield Case(upload.label, upload.subject.entry, "")
+
+
+@requirement("SDO-33", level="shall", cases=("entry", _number), source=f"{SDO}.14, 7.2.4.3.17")
+def test_acknowledged_segment_that_never_came_is_refused(
+    node: Node, entry: Entry, verdict: Verdict
+) -> None:
+    """A block upload whose client acknowledges a segment beyond the block is aborted."""
+    transfer = BlockPort(node.channel).upload_acknowledging(*entry.key, NO_SEGMENT)
+
+    codes = (AbortCode.INVALID_SEQUENCE_NUMBER, *NO_BLOCKS)
+    judge_abort(f"acknowledgement of segment {NO_SEGMENT}", transfer, verdict, *codes)
     judge_recovery(node, verdict)

@@ -121,7 +121,8 @@ class BlockTransfer:
     def _confirmed(
         self, upload: _Upload, request: sdo.BlockUploadAck
     ) -> Iterator[sdo.Response | sdo.BlockSegment]:
-        if request.ack_sequence > upload.block_size:
+        unchecked = "takes-any-block-size" in self._habits
+        if request.ack_sequence > upload.block_size and not unchecked:
             raise SdoAbortError(AbortCode.INVALID_SEQUENCE_NUMBER)
         if not 1 <= request.block_size <= BLOCK_SIZE:
             raise SdoAbortError(AbortCode.INVALID_BLOCK_SIZE)

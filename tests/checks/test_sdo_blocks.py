@@ -13,7 +13,7 @@ from conformance.spec.load import load_spec
 SPEC = Path(__file__).with_name("fourth_device.yaml")
 DEFECTS = {
     "sdo-wrong-crc": ["SDO-30/1008h/crc"],
-    "sdo-takes-any-block-size": ["SDO-32/1000h/0", "SDO-32/1000h/128"],
+    "sdo-takes-any-block-size": ["SDO-32/1000h/0", "SDO-32/1000h/128", "SDO-33/1000h"],
 }
 
 
