@@ -252,9 +252,14 @@ class Run:
         bench, self._bench = self._bench, None
         self.results.complete = not self.results.aborted and len(self.results.items) >= self.total
         if bench is not None:
-            self.results.run["simulated_s" if bench.link.rig else "bus_s"] = round(
-                bench.link.now() - self._started_s, 3
-            )
+            taken_s = bench.link.now() - self._started_s
+            self.results.run["simulated_s" if bench.link.rig else "bus_s"] = round(taken_s, 3)
+            self.results.run["clock"] = "real" if bench.link.real_time else "virtual"
+            self.results.run["bus_time"] = {
+                "needed_s": round(bench.link.bus_time.needed_s, 3),
+                "frames_s": round(bench.link.bus_time.frames_s, 3),
+                "taken_s": round(taken_s, 3),
+            }
             self.results.run["frames"] = bench.link.line
             self.results.run["non_volatile_writes"] = bench.non_volatile_writes
             self.results.run["unsolicited_sdo_responses"] = bench.channel.unsolicited

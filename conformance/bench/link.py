@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from typing import TypeAlias
 
 import can
 
+from conformance.bench.bus_time import BusTime
 from conformance.bench.rig import SimulatedRig
 from conformance.bench.trace import Trace
 from conformance.errors import BenchError
@@ -52,6 +54,7 @@ class Link:
     Args:
         bus: An open python-can bus; closed with the link.
         trace: Where every frame is recorded.
+        bitrate: In bit/s.
         reopen: Opens the bus again at a bit rate; None where the bit rate is not ours to set.
     """
 
@@ -59,6 +62,7 @@ class Link:
         self,
         bus: can.BusABC,
         trace: Trace,
+        bitrate: int,
         reopen: Callable[[int], can.BusABC] | None = None,
     ) -> None:
         self._bus = bus
@@ -68,6 +72,8 @@ class Link:
         self.rig: SimulatedRig | None = bus if isinstance(bus, SimulatedRig) else None
         self.now: Callable[[], float] = self.rig.now if self.rig else time.monotonic
         self._offset_s = 0.0 if self.rig else time.time() - time.monotonic()
+        self._least_late_s = -math.inf
+        self.bus_time = BusTime(bitrate)
 
     def use_bitrate(self, bitrate: int) -> None:
         """Send and receive at another bit rate from now on, in bit/s.
@@ -83,6 +89,13 @@ class Link:
         else:
             self._bus.shutdown()
             self._bus = self._reopen(bitrate)
+            self._least_late_s = -math.inf
+        self.bus_time.bitrate = bitrate
+
+    @property
+    def real_time(self) -> bool:
+        """Time on the link's clock is time."""
+        return self.rig is None or self.rig.real_time
 
     @property
     def time_s(self) -> float:
@@ -106,7 +119,9 @@ class Link:
             self._bus.send(message)
         except (can.CanError, OSError) as error:
             raise BenchError(f"the adapter did not send {frame}: {error}") from error
-        return self._keep(frame, self.time_s, received=False)
+        now = self.now()
+        self.bus_time.sent(frame, now)
+        return self._keep(frame, now + self._offset_s, received=False)
 
     def recv(self, deadline: float) -> Stamped | None:
         """Wait for the next frame.
@@ -120,6 +135,7 @@ class Link:
         Raises:
             BenchError: The adapter failed.
         """
+        start_s = self.now()
         while True:
             remaining_s = max(0.0, deadline - self.now())
             try:
@@ -128,15 +144,21 @@ class Link:
                 raise BenchError(f"the adapter stopped receiving: {error}") from error
             if message is None:
                 if remaining_s <= CLOCK_STEP_S or self.now() >= deadline:
+                    self.bus_time.awaited(start_s, deadline)
                     return None
                 continue
             if message.is_error_frame or message.is_fd or not message.is_rx:
                 continue
-            return self._received(message)
+            stamped = self._received(message)
+            end_s = message.timestamp - self._least_late_s if self.rig is None else stamped.time_s
+            self.bus_time.awaited(start_s, end_s)
+            self.bus_time.received(stamped.frame, end_s)
+            return stamped
 
     def _received(self, message: can.Message) -> Stamped:
         if self.rig is None:
             self._offset_s = message.timestamp - self.now()
+            self._least_late_s = max(self._least_late_s, self._offset_s)
         try:
             frame = Frame(
                 message.arbitration_id,

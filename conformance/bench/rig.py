@@ -9,6 +9,10 @@ from typing import Protocol, runtime_checkable
 class SimulatedRig(Protocol):
     """A bus that carries its own clock and its devices' surroundings."""
 
+    @property
+    def real_time(self) -> bool:
+        """Simulated time follows the clock of the computer."""
+
     def now(self) -> float:
         """Return the simulated time in seconds."""
 

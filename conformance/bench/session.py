@@ -61,9 +61,11 @@ class Bench:
             BenchError: The interface cannot be opened.
         """
         open_at = partial(_open, definition, options)
+        bitrate = definition.bitrate or spec.bitrate
         link = Link(
-            open_at(definition.bitrate or spec.bitrate),
+            open_at(bitrate),
             Trace(trace),
+            bitrate,
             open_at if definition.sets_bitrate else None,
         )
         return cls(definition, spec, link)

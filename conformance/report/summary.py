@@ -209,10 +209,14 @@ def _times(results: Results) -> str:
     run = results.run
     wall = float(str(run.get("wall_s", 0)))
     text = f"{wall:.1f} s, {run.get('frames', 0)} frames"
-    simulated = run.get("simulated_s")
-    if isinstance(simulated, int | float) and wall:
-        text += f"; {simulated:.0f} s of bus time, {simulated / wall:.0f} times as fast as real"
-    return text
+    bus_time = run.get("bus_time")
+    if not isinstance(bus_time, dict) or not wall:
+        return text
+    needed, taken = bus_time["needed_s"], bus_time["taken_s"]
+    if run["clock"] == "virtual":
+        return f"{text}; {taken:.0f} s of bus time, {taken / wall:.0f} times as fast as real"
+    share = f" ({taken / needed:.2f})" if needed else ""
+    return f"{text}; bus time needed {needed:.1f} s, taken {taken:.1f} s{share}"
 
 
 def _response_times(results: Results, terminal: Terminal) -> None:

@@ -190,6 +190,11 @@ class SimulatorBus(SimulatorRig, can.BusABC):
                 return message
         return None
 
+    @property
+    def real_time(self) -> bool:
+        """Simulated time follows the clock of the computer."""
+        return self._shared.real_time
+
     def now(self) -> float:
         """Return the simulated time in seconds; message timestamps are of the same clock."""
         shared = self._shared
