@@ -30,7 +30,7 @@ from conformance.spec.model import DeviceSpec, Entry, OtherBehaviours
 from conformance.verdict import Verdict
 from conformance.wire.nmt import NmtCommand
 
-TILT_SHARE = 0.25
+TILT_SHARES = (0.25, 0.6, -0.6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,34 +78,39 @@ def test_zeroing_zeroes_its_axes(
 ) -> None:
     """The zeroing command makes the slopes of its bits show 0, and leaves the others alone."""
     every = (*zero.zeroed, *zero.others)
-    before = {it.name: port.seen() for it, port in _tilted(node, every, stimulus)}
 
+    for share in TILT_SHARES:
+        before = {it.name: port.seen() for it, port in _tilted(node, every, stimulus, share)}
+        _command(node, zero, verdict)
+        for slope in every:
+            port, shown = port_of(node, slope), before[slope.name]
+            outcomes = [Outcome(shown.value)]
+            if slope in zero.zeroed:
+                idle = idle_offsets(node.spec, slope)
+                outcomes = [Outcome(0), *(Outcome(shown.value, (other,)) for other in idle)]
+            judge(
+                verdict,
+                f"{slope.entry.address} after the command",
+                port.seen(),
+                outcomes,
+                before=shown,
+                turn_steps=turn_steps(slope, port.step_deg),
+            )
+
+
+def _command(node: Node, zero: Zero, verdict: Verdict) -> None:
+    """Write the command and judge that it is confirmed."""
     data = zero.command.type.encode(zero.value)
     transfer = node.try_download(*zero.command.key, data)
-
     confirmed(verdict, f"download of {zero.value} to {zero.command.address}", transfer)
-    for slope in every:
-        port, shown = port_of(node, slope), before[slope.name]
-        outcomes = [Outcome(shown.value)]
-        if slope in zero.zeroed:
-            idle = idle_offsets(node.spec, slope)
-            outcomes = [Outcome(0), *(Outcome(shown.value, (other,)) for other in idle)]
-        judge(
-            verdict,
-            f"{slope.entry.address} after the command",
-            port.seen(),
-            outcomes,
-            before=shown,
-            turn_steps=turn_steps(slope, port.step_deg),
-        )
 
 
 def _tilted(
-    node: Node, every: Iterable[MeasuredSlope], stimulus: Stimulus
+    node: Node, every: Iterable[MeasuredSlope], stimulus: Stimulus, share: float
 ) -> list[tuple[MeasuredSlope, SlopePort]]:
     """Tilt all axes by something, so that a zero shows."""
     ports = [(slope, port_of(node, slope)) for slope in every]
-    by_axis = {slope.entry.follows: slope.at(TILT_SHARE) for slope, _ in ports}
+    by_axis = {slope.entry.follows: slope.at(share) for slope, _ in ports}
     stimulus.tilt(by_axis.get("tilt-x", 0.0), by_axis.get("tilt-y", 0.0))
     return ports
 
@@ -122,37 +127,36 @@ def test_zeroing_calculates_the_offsets(
 ) -> None:
     """After the zeroing command the offsets of its axes undo the measured angle, the others are as before."""
     every = [it for it in (*zero.zeroed, *zero.others) if it.rule and it.rule.offset is not None]
-    before = {it.name: (port.seen(), port.offset) for it, port in _tilted(node, every, stimulus)}
 
-    data = zero.command.type.encode(zero.value)
-    confirmed(
-        verdict,
-        f"download of {zero.value} to {zero.command.address}",
-        node.try_download(*zero.command.key, data),
-    )
+    for share in TILT_SHARES:
+        tilted = _tilted(node, every, stimulus, share)
+        before = {it.name: (port.seen(), port.offset) for it, port in tilted}
+        _command(node, zero, verdict)
+        for slope in every:
+            port, (shown, offset) = port_of(node, slope), before[slope.name]
+            judge(
+                verdict,
+                f"offset of {slope.entry.address} after the command",
+                port.seen_offset(),
+                _offsets(node.spec, zero, slope, shown.value, offset),
+                before=shown,
+                turn_steps=turn_steps(slope, port.step_deg),
+            )
 
-    for slope in every:
-        port, (shown, offset) = port_of(node, slope), before[slope.name]
-        outcomes = [Outcome(offset)]
-        if slope in zero.zeroed:
-            idle = idle_offsets(node.spec, slope)
-            outcomes = [
-                Outcome(offset + sign * -shown.value, (other,))
-                for sign, other in _signs(node.spec, slope)
-            ]
-            outcomes += [
-                Outcome(sign * -shown.value, (other, without))
-                for sign, other in _signs(node.spec, slope)
-                for without in idle
-            ]
-        judge(
-            verdict,
-            f"offset of {slope.entry.address} after the command",
-            port.seen_offset(),
-            outcomes,
-            before=shown,
-            turn_steps=turn_steps(slope, port.step_deg),
-        )
+
+def _offsets(
+    spec: DeviceSpec, zero: Zero, slope: MeasuredSlope, shown: int, offset: int
+) -> list[Outcome]:
+    """Return the offsets that a slope may have after the command."""
+    if slope not in zero.zeroed:
+        return [Outcome(offset)]
+    outcomes = [Outcome(offset + sign * -shown, (other,)) for sign, other in _signs(spec, slope)]
+    outcomes += [
+        Outcome(sign * -shown, (other, without))
+        for sign, other in _signs(spec, slope)
+        for without in idle_offsets(spec, slope)
+    ]
+    return outcomes
 
 
 def _signs(spec: DeviceSpec, slope: MeasuredSlope) -> list[tuple[int, Other | None]]:

@@ -323,6 +323,12 @@ class Faults(BaseModel):
     live_frozen: bool = Field(default=False, description="Measured values keep their first value.")
     live_swaps_axes: bool = Field(default=False, description="X shows Y, and Y shows X.")
     live_negated: bool = Field(default=False, description="Tilt has the wrong sign.")
+    live_most_deg: Factor | None = Field(
+        default=None, description="The greatest angle that is measured to either side."
+    )
+    live_counts_turns: bool = Field(
+        default=False, description="After a whole turn the angle goes on instead of beginning anew."
+    )
     zero_command_ignored: bool = Field(
         default=False, description="Confirms a zero command, zeroes nothing."
     )

@@ -145,6 +145,8 @@ class LiveValues:
         tilt = self._world.tilt_deg(axis)
         if filtered and axis in self.lags:
             tilt -= self.lags[axis]()
+        if self._faults.live_most_deg is not None:
+            tilt = math.copysign(min(abs(tilt), self._faults.live_most_deg), tilt)
         return min(max(-tilt if self._faults.live_negated else tilt, low), high)
 
     def _counts(self, entry: Entry, follows: Follows, *, filtered: bool = True) -> float:

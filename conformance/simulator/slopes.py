@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Final
 
 from conformance.simulator.live import LiveValues, clipped, physical_deg
 from conformance.simulator.node import Node
 from conformance.simulator.rejection import SdoAbortError
 from conformance.spec.behaviours import Slope as SlopeSpec
 from conformance.spec.behaviours import Zeroing
-from conformance.spec.fields import key_of
+from conformance.spec.fields import key_of, of_variant
 from conformance.spec.model import DeviceSpec, Entry, Key
 from conformance.wire.abort import AbortCode
 from conformance.wire.datatypes import Value
+
+TURN_DEG: Final = 360.0
 
 
 class Slope:
@@ -22,10 +25,14 @@ class Slope:
         node: The node.
         live: The measured values.
         spec: What the manual says of it.
+        variant: Of the device.
     """
 
-    def __init__(self, node: Node, live: LiveValues, spec: SlopeSpec) -> None:
+    def __init__(self, node: Node, live: LiveValues, spec: SlopeSpec, variant: str) -> None:
         self._spec = spec
+        low, high = of_variant(spec.covers, variant) or (0.0, 0.0)
+        turns = high - low >= TURN_DEG and not node.faults.live_counts_turns
+        self._turn_from_deg = float(low) if turns else None
         self._ignores = frozenset(node.faults.slope_ignores)
         self._reversed = node.faults.resolution_reversed
         self._preset_reads = node.faults.preset_reads
@@ -99,13 +106,20 @@ class Slope:
 
     def _counts(self, tilt_deg: float) -> float:
         """Return the slope in bits of its value, not yet rounded."""
-        angle = -tilt_deg if self._inverted("measured") else tilt_deg
+        angle = self._measured_deg(tilt_deg)
         if self._scaled or self._spec.unscaled == "with-offsets":
             sign = -1 if self._spec.offset_is == "subtracted" else 1
             angle += sign * (self._deg(self._offset) + self._hidden_deg)
             if "differential-offset" not in self._ignores:
                 angle += self._deg(self._differential)
         return (-angle if self._inverted("sum") else angle) / self._shown_unit_deg
+
+    def _measured_deg(self, tilt_deg: float) -> float:
+        """Return what is measured, over a whole turn within the documented one."""
+        angle = -tilt_deg if self._inverted("measured") else tilt_deg
+        if self._turn_from_deg is None:
+            return angle
+        return self._turn_from_deg + (angle - self._turn_from_deg) % TURN_DEG
 
     @property
     def _shown_unit_deg(self) -> float:
@@ -125,8 +139,7 @@ class Slope:
     def _subtracted_deg(self) -> float:
         """Return what a preset subtracts."""
         follows = self._value.follows
-        measured = 0.0 if follows is None else self._live.tilt_deg(follows)
-        measured = -measured if self._inverted("measured") else measured
+        measured = 0.0 if follows is None else self._measured_deg(self._live.tilt_deg(follows))
         if self._spec.preset_subtracts == "measured" or "preset-differential" in self._ignores:
             return measured
         return measured + self._deg(self._differential)
@@ -169,7 +182,9 @@ def follow_slopes(node: Node, live: LiveValues, spec: DeviceSpec) -> None:
     """Let the slopes of a spec be computed, and its zeroing commands act on them."""
     rules = spec.behaviours
     slopes = {
-        name: Slope(node, live, rule) for name, rule in rules.items() if isinstance(rule, SlopeSpec)
+        name: Slope(node, live, rule, spec.variant)
+        for name, rule in rules.items()
+        if isinstance(rule, SlopeSpec)
     }
     resolutions = {slope.resolution: None for slope in slopes.values()}
     for key in resolutions:

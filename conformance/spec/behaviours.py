@@ -7,7 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Discriminator, Field
 
-from conformance.spec.fields import Address, Bit, Source, StrictModel
+from conformance.spec.fields import Address, Bit, Number, PerVariant, Source, StrictModel
 
 ResolutionChange: TypeAlias = Literal[
     "keeps-numbers", "keeps-angles", "deletes-all", "deletes-offset"
@@ -44,6 +44,7 @@ class Slope(_Behaviour):
 
     All of them count in the resolution's unit where one is named, else each in its own.
 
+    ``covers``: least and greatest angle in deg that it shows with no offset.
     ``inversion``, ``scaling``: bits of the operating parameter.
     ``inverts``: what changes its sign with the inversion bit set.
     ``unscaled``: what the slope shows while scaling is off; ``own-steps``: the measured angle in
@@ -57,6 +58,7 @@ class Slope(_Behaviour):
 
     rule: Literal["slope"]
     value: Address
+    covers: PerVariant[Annotated[list[Number], Field(min_length=2, max_length=2)]] | None = None
     resolution: Address | None = None
     operating_parameter: Address | None = None
     inversion: Bit | None = None

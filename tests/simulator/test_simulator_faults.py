@@ -23,6 +23,7 @@ IN_VALUES = read_yaml(Path(__file__).parent / "function_fault_effects.yaml").dat
 OTHERS = {
     "bit-rate-alias-stale",
     "byte-order-ignored",
+    "counts-turns",
     "dies-after-20-frames",
     "emcy-second-error-untold",
     "emcy-without-manufacturer-code",
@@ -49,6 +50,7 @@ OTHERS = {
     "sdo-takes-any-block-size",
     "sdo-wrong-crc",
     "silent",
+    "stops-before-the-end",
     "start-object-ignored",
     "tpdo-blanks-one-object",
     "tpdo-sync-off-by-one",

@@ -70,3 +70,36 @@ def test_a_range_printed_in_steps_is_an_angle(
     device.device.world.tilt_x_deg = -0.5 if resolution < 1000 else -1.0
     device.set(x6000=resolution)
     assert device.read(0x6010) == shown
+
+
+@pytest.mark.parametrize(
+    ("device", "value", "tilt_deg", "shown", "counted"),
+    [
+        ("siko_ims360", 0x6110, -90.0, 27000, -9000),
+        ("siko_ims360", 0x6110, 359.0, 35900, 35900),
+        ("siko_ims360", 0x6110, 360.0, 0, 36000),
+        ("danfoss_dst_x730", 0x6010, 270.0, -1800, 5400),
+        ("danfoss_dst_x730", 0x6010, -180.0, -3600, -3600),
+    ],
+)
+def test_a_whole_turn_begins_anew(
+    wire: Callable[..., Any], device: str, value: int, tilt_deg: float, shown: int, counted: int
+) -> None:
+    for faults, expected in ((None, shown), (load_faults(["counts-turns"]), counted)):
+        wired = wire(device, faults=faults)
+        wired.tilt(tilt_deg)
+        assert wired.read(value) == expected
+
+
+def test_a_zero_is_set_over_the_whole_turn(wire: Callable[..., Any]) -> None:
+    device = wire("siko_ims360")
+    device.tilt(-90.0)
+    device.write(0x3200, 1)
+    assert device.read(0x6110) == 0
+    assert device.read(0x3210) == -27000
+
+
+def test_a_sensor_may_not_reach_the_end_of_its_range(wire: Callable[..., Any]) -> None:
+    device = wire("siko_ims360", "two-axis", faults=load_faults(["stops-before-the-end"]))
+    device.tilt(-85.0, 79.0)
+    assert (device.read(0x6110), device.read(0x6120)) == (-8000, 7900)

@@ -194,7 +194,28 @@ def inversion(device: Wired) -> object:
     return device.read(0x6010), device.read(0x6020)
 
 
+def turned_further(device: Wired) -> object:
+    device.tilt(200.0)
+    return device.read(0x6010)
+
+
+def filter_after_a_save(device: Wired) -> object:
+    device.set(x2001=2)
+    device.save()
+    device.device.tilt(40.0, 0.0)
+    device.run(0.1)
+    return int(device.read(0x6010)) > 700
+
+
+def light_in_stopped(device: Wired) -> object:
+    device.nmt(0x02)
+    return sum(device.device.lit("green", ms * 1_000_000) for ms in range(6000)) / 6000
+
+
 CASES: dict[str, tuple[Watch, dict[int, object]]] = {
+    "DST-62": (turned_further, {1: -3200, 2: 4000}),
+    "DST-104": (filter_after_a_save, {1: True, 2: False}),
+    "DST-126": (light_in_stopped, {1: 3000 / 6000, 2: 1000 / 6000}),
     "DST-14": (restored_node_id, {1: ["77F#00"], 2: ["706#00"]}),
     "DST-16": (saved_settings, {1: (0, 0), 2: (100, 7)}),
     "DST-22": (
@@ -244,11 +265,10 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "DST-143": (restored_setting_at_the_second_start, {1: 1, 2: 2}),
 }
 
-VARIANTS = {"DST-37": "z-360"}
+VARIANTS = {"DST-37": "z-360", "DST-62": "z-360"}
 
 NOT_ON_THE_BUS = {
     "DST-82": "1800h:03 is read-only and 0, in either unit",
-    "DST-104": "the simulated device filters nothing; see test_simulator_starts.py",
     "DST-138": "1014h is not stored under the first reading of DST-16, so a new node-ID finds none",
 }
 

@@ -154,6 +154,11 @@ def measuring_range(device: Wired) -> object:
     return now, device.read("0x3000:1")
 
 
+def red_light_in_lss(device: Wired) -> object:
+    device.run(0.1, "7E5#0401000000000000")
+    return {device.device.lit("red", ms * 1_000_000) for ms in range(0, 200, 10)}
+
+
 def zeroed(device: Wired) -> object:
     device.tilt(10.5, -4.25)
     device.set(x3200=3)
@@ -168,6 +173,7 @@ def lss_node_id(device: Wired) -> object:
 
 
 CASES: dict[str, tuple[Watch, dict[int, object]]] = {
+    "IMS-07": (red_light_in_lss, {1: {True, False}, 2: {False}}),
     "IMS-14": (restored_by_group_2, {1: ["705#00"], 2: ["732#00"]}),
     "IMS-15": (restored_by_group_1, {1: ["732#00"], 2: ["705#00"]}),
     "IMS-25": (remote_types, {1: ["ok"] * 2, 2: [REFUSED] * 2}),
