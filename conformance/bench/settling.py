@@ -63,9 +63,10 @@ class Settling:
         values = []
         for key in keys:
             transfer = self._node.sdo.upload(*key)
-            if transfer.data is None:
+            if not transfer.answered:
                 return None
-            values.append(int.from_bytes(transfer.data[:4], "little"))
+            if transfer.data is not None:
+                values.append(int.from_bytes(transfer.data[:4], "little"))
         return values
 
     def _response_s(self) -> float:

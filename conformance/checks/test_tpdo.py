@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import pairwise
+from typing import NamedTuple
 
 from conformance.bench.node import Node
 from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
@@ -47,13 +48,24 @@ def _event_times(spec: DeviceSpec) -> Iterable[int]:
     return EVENT_TIMES_MS if least_ms is None else (least_ms, *EVENT_TIMES_MS)
 
 
+class Timed(NamedTuple):
+    """A TPDO, an event time and an asynchronous type to try."""
+
+    number: int
+    period_ms: int
+    kind: int
+
+
 def _event_timers(spec: DeviceSpec) -> Iterable[Case]:
     for case in tpdos(spec):
-        times = {event_time_ms(spec, case.subject, at_least) for at_least in _event_times(spec)}
-        if any(allows(spec, case.subject, n) for n in ASYNCHRONOUS):
-            for figure in sorted(time for time in times if time is not None):
-                numbered = Numbered(case.subject, figure)
-                yield Case(f"{case.label}/{figure}ms", numbered, case.section)
+        kinds = [kind for kind in ASYNCHRONOUS if allows(spec, case.subject, kind)]
+        found = {event_time_ms(spec, case.subject, at_least) for at_least in _event_times(spec)}
+        times = sorted(time for time in found if time is not None)
+        for kind in kinds:
+            suffix = "" if kind == kinds[0] else f"/type-{kind}"
+            for period_ms in times if kind == kinds[0] else times[:1]:
+                timed = Timed(case.subject, period_ms, kind)
+                yield Case(f"{case.label}/{period_ms}ms{suffix}", timed, case.section)
 
 
 def _sync_types(spec: DeviceSpec) -> Iterable[Case]:
@@ -98,28 +110,29 @@ def test_tpdo_is_sent_in_operational_only(node: Node, number: int, verdict: Verd
     source=COMMUNICATION,
     effects=("reads", "writes"),
 )
-def test_event_timer_sets_the_period(node: Node, timer: Numbered, verdict: Verdict) -> None:
+def test_event_timer_sets_the_period(node: Node, timer: Timed, verdict: Verdict) -> None:
     """With an asynchronous type the TPDO is sent at the period of its event timer."""
     port = port_of(node, timer.number)
     others_off(node, timer.number)
     before_ms = port.event_ms
-    kind = next(n for n in ASYNCHRONOUS if allows(node.spec, timer.number, n))
-    set_up(node, port, kind, timer.figure)
+    set_up(node, port, timer.kind, timer.period_ms)
     port.start()
-    if timer.figure != before_ms:
+    if timer.period_ms != before_ms:
         require_in_force(port, before_ms)
 
-    periods = _periods(timer.figure)
-    seen = port.collect(periods + 2, (periods + 2) * timer.figure * 2 / 1000)
+    periods = _periods(timer.period_ms)
+    seen = port.collect(periods + 2, (periods + 2) * timer.period_ms * 2 / 1000)
 
     gaps = gaps_ms(seen[1:])
     verdict.equal("intervals seen", len(gaps), periods)
-    verdict.within("TPDO period", gaps, timer.figure, gap_tolerance_ms(timer.figure), unit="ms")
+    verdict.within(
+        "TPDO period", gaps, timer.period_ms, gap_tolerance_ms(timer.period_ms), unit="ms"
+    )
     verdict.within(
         "mean TPDO period",
         mean(gaps),
-        timer.figure,
-        mean_tolerance_ms(timer.figure),
+        timer.period_ms,
+        mean_tolerance_ms(timer.period_ms),
         unit="ms",
     )
 

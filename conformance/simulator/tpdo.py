@@ -168,7 +168,8 @@ class Tpdo:
     def _event_due(self, due_ns: int) -> None:
         """Send; a period written since the last time counts from here on, or from the next start."""
         self._trigger()
-        if self._spec.new_event_time == "next-run" and not self._node.faults.tpdo_timer_never_stops:
+        kept = self._spec.new_event_time == "next-start"
+        if not kept and not self._node.faults.tpdo_timer_never_stops:
             self._run_ns = self._period_ns()
         if self._run_ns:
             self._event.start(due_ns + self._run_ns)

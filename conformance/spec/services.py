@@ -237,7 +237,8 @@ class Tpdo(Service):
     too; ``open``: the manual does not say.
     ``octets``: length of every frame; that of the mapped objects when missing.
     ``filler``: octets behind the mapped objects, where a frame is longer.
-    ``new_event_time``: what an event time written while the timer runs counts from.
+    ``new_event_time``: what an event time written while the timer runs counts from; ``open``: the
+    manual does not say.
     ``event_time_acts``: with which transmission types a TPDO is sent by its event timer.
     ``inhibited``: the TPDOs that the inhibit time keeps apart: all but those asked for by SYNC or a
     remote frame, or only those sent on a change.
@@ -258,7 +259,7 @@ class Tpdo(Service):
     first: Literal["open", "with-event-time", "always"] = "open"
     octets: Annotated[int, Field(ge=1, le=8)] | None = None
     filler: Literal["any", "zero"] = "any"
-    new_event_time: Literal["next-run", "next-start"] = "next-run"
+    new_event_time: Literal["open", "next-run", "next-start"] = "open"
     event_time_acts: Literal["asynchronous", "always"] = "asynchronous"
     inhibited: Literal["all", "changes"] = "all"
     remote: Literal["bit-30-clear", "bit-30-set"] = "bit-30-clear"
