@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from conformance.bench.settings import is_setting, tpdo_number
 from conformance.spec.behaviours import Slope
@@ -25,7 +25,8 @@ def can_be_set(entry: Entry, spec: DeviceSpec) -> bool:
     if not _is_free(entry, spec):
         return False
     if _mapping_of(entry, spec) is not None:
-        return 0 < entry.sub <= len(_mapped(spec, entry.index))
+        words = _mapped(spec, entry.index)
+        return bool(_counts(entry, words)) if entry.sub == 0 else entry.sub <= len(words)
     defaults = [it.default for it in entry.readings if isinstance(it.default, int)]
     candidates = _candidates(entry, spec, defaults[0] if defaults else 0)
     return any(number not in defaults for number in candidates)
@@ -187,8 +188,17 @@ def _mapping(spec: DeviceSpec, mapping: int, found: Mapping[Key, bytes]) -> dict
             (mapping, place): word.to_bytes(4, "little") for place, word in enumerate(turned, 1)
         }
         if all(_differs(spec.entries[key], data, found) for key, data in values.items()):
-            return {**values, (mapping, 0): bytes([len(words)])}
+            number = spec.entries[mapping, 0]
+            counts = [bytes([count]) for count in _counts(number, words)]
+            others = [data for data in counts if data != found.get(number.key)]
+            return {**values, number.key: next(iter(others), bytes([len(words)]))}
     return {}
+
+
+def _counts(number: Entry, words: Sequence[int]) -> list[int]:
+    """Return numbers of mapped objects that are no default and count mapping words alone."""
+    defaults = {reading.default for reading in number.readings}
+    return [count for count in range(len(words), 0, -1) if count not in defaults]
 
 
 def _differs(entry: Entry, data: bytes, found: Mapping[Key, bytes]) -> bool:
