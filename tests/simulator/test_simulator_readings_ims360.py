@@ -55,8 +55,19 @@ def clearing(device: Wired) -> object:
     return device.write("0x1003:0", 1), device.read("0x1003:0")
 
 
-def cob_id_of_emcy(device: Wired) -> object:
-    return [device.write(0x1014, it) for it in (0xB3, 0x701)]
+def cob_ids(device: Wired) -> object:
+    seen = [device.write(0x1014, it) for it in (0xB3, 0x701)]
+    device.set(x1800_1=0x8000_01B2)
+    return [*seen, device.write("0x1800:1", 0x701), device.write(0x1005, 0x701)]
+
+
+def mapping_in_use(device: Wired) -> object:
+    device.set(x1800_5=20)
+    device.nmt(0x01, 0.05)
+    answer, before = device.write("0x1A00:0", 0), device.run(0.1)
+    device.set(x1800_1=0x8000_01B2)
+    device.set(x1800_1=0x1B2)
+    return answer, bool(before), bool(device.run(0.1))
 
 
 def restored_by_group_4(device: Wired) -> object:
@@ -180,13 +191,17 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "IMS-30": (other_types, {1: [REFUSED] * 3, 2: ["ok"] * 3}),
     "IMS-31": (inhibit_time, {1: 20, 2: 200}),
     "IMS-35": (while_valid, {1: (REFUSED, REFUSED), 2: ("ok", "ok")}),
+    "IMS-41": (
+        mapping_in_use,
+        {1: ("abort 06010000h", True, True), 2: ("ok", True, False)},
+    ),
     "IMS-54": (frame_of_an_error, {1: ["0B2#0031810000000000"], 2: ["0B2#003181A5A5A5A5A5"]}),
     "IMS-56": (history, {1: (1, 0x3100), 2: (2, 0)}),
     "IMS-59": (lateral_axis, {1: [], 2: ["0B2#2050810000000000"]}),
     "IMS-62": (heartbeat, {1: (REFUSED, 0, []), 2: ("ok", 10, [10])}),
     "IMS-67": (search, {1: [], 2: ["7E4#4F00000000000000"]}),
     "IMS-85": (clearing, {1: (REFUSED, 1), 2: ("ok", 1)}),
-    "IMS-87": (cob_id_of_emcy, {1: [REFUSED] * 2, 2: ["ok"] * 2}),
+    "IMS-87": (cob_ids, {1: [REFUSED] * 4, 2: ["ok"] * 4}),
     "IMS-95": (saved_node_id, {1: ["705#00"], 2: ["732#00"]}),
     "IMS-98": (restore, {1: [100, 0, 100], 2: [100, 100, 100], 3: [0, 100, 100]}),
     "IMS-109": (
