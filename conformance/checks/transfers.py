@@ -70,7 +70,9 @@ def _is_plain(entry: Entry, spec: DeviceSpec) -> bool:
 
 
 def held_and_new(node: Node, entry: Entry) -> tuple[bytes, bytes]:
-    """Return what a setting holds, not 0, and what else it may hold; whatever it gets is undone.
+    """Return what a setting holds, and what else it takes; whatever it gets is undone.
+
+    What fits an expedited transfer was taken in one before, and what is held is not 0.
 
     Raises:
         SetupRefused: There is no other value, or the node does not take it.
@@ -80,12 +82,14 @@ def held_and_new(node: Node, entry: Entry) -> tuple[bytes, bytes]:
     if other is None:
         raise SetupRefused(f"{entry.address} has no other value to try")
     node.will_change(*entry.key)
-    if any(own):
+    if len(own) > EXPEDITED:
         return own, other
-    transfer = node.write(*entry.key, other)
-    if not transfer.confirmed:
-        raise SetupRefused(f"{entry.address} does not take another value ({transfer}), see OD-11")
-    return other, own
+    held, new = (own, other) if any(own) else (other, own)
+    for data in (new, held):
+        transfer = node.write(*entry.key, data)
+        if not transfer.confirmed:
+            raise SetupRefused(f"{entry.address} does not take a value ({transfer}), see OD-11")
+    return held, new
 
 
 # Uploads in segments

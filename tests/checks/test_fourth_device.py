@@ -29,7 +29,11 @@ DEFECTS = {
         ("Gain, type: REAL32, access: rw", "Gain, type: REAL32, access: ro", {"OD-04/2010h:02"}),
         ("type: UNSIGNED40, access: rw", "type: UNSIGNED40, access: wo", {"OD-02/2010h:06"}),
         ("Hours, type: UNSIGNED64", "Hours, type: UNSIGNED56", {"OD-03/2010h:03"}),
-        ("Zero, type: INTEGER24", "Zero, type: INTEGER32", {"OD-03/2010h:01"}),
+        (
+            "Zero, type: INTEGER24",
+            "Zero, type: INTEGER32",
+            {"OD-03/2010h:01", "SDO-20/2010h:01"},
+        ),
         ("0x6501: {name: Single", "0x6503: {name: Single", {"OD-01/6501h"}),
         ("kind: constant, reserved: true", "kind: constant", {"OD-15/2010h:0C"}),
         ('"1", mappable: true', '"1", mappable: false', {"TPDO-06/2010h:04"}),
