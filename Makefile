@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test check benchmark schema clean
+.PHONY: demo test check benchmark schema reference clean
 
 demo: .venv/installed
 	$(BIN)/canopen-conformance run siko_ims360
@@ -22,6 +22,9 @@ benchmark: .venv/installed-dev
 
 schema: .venv/installed-dev
 	$(BIN)/python -m conformance.spec.schema
+
+reference: .venv/installed-dev
+	$(BIN)/python -m conformance.checks.reference
 
 clean:
 	rm -rf .venv dist build .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -135,15 +135,16 @@ class Link:
         Raises:
             BenchError: The adapter failed.
         """
-        start_s = self.now()
+        start_s = now_s = self.now()
         while True:
-            remaining_s = max(0.0, deadline - self.now())
+            remaining_s = max(0.0, deadline - now_s)
             try:
                 message = self._bus.recv(remaining_s)
             except (can.CanError, OSError) as error:
                 raise BenchError(f"the adapter stopped receiving: {error}") from error
+            now_s = self.now()
             if message is None:
-                if remaining_s <= CLOCK_STEP_S or self.now() >= deadline:
+                if remaining_s <= CLOCK_STEP_S or now_s >= deadline:
                     self.bus_time.awaited(start_s, deadline)
                     return None
                 continue

@@ -197,12 +197,11 @@ class SimulatorBus(SimulatorRig, can.BusABC):
 
     def now(self) -> float:
         """Return the simulated time in seconds; message timestamps are of the same clock."""
-        shared = self._shared
-        with shared.changed:
-            self._check_open()
-            shared.catch_up()
-            shared.note_user()
-            return self._bus.now_ns / SECOND
+        self._check_open()
+        if self._shared.real_time:
+            with self._shared.changed:
+                self._shared.catch_up()
+        return self._bus.now_ns / SECOND
 
     def use_bitrate(self, bitrate: int) -> None:
         """Send and receive at another bit rate from now on, in bit/s."""
