@@ -5,19 +5,20 @@ from __future__ import annotations
 import itertools
 import platform
 import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Collection
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from conformance import resources, scanning
+from conformance.bench.as_found import AsFound
 from conformance.bench.definition import load_bench
 from conformance.bench.session import Bench
 from conformance.checks import JUDGED_SERVICES
 from conformance.effects import Effect, Need
-from conformance.errors import BenchError, ConformanceError
+from conformance.errors import BenchError, ConformanceError, NodeTimeout
 from conformance.options import RunOptions, refusal, selection, simulation
 from conformance.report.eds_word import EdsWord
 from conformance.report.junit import explain, write_junit
@@ -32,6 +33,8 @@ from conformance.verdict import Verdict, VerdictWord
 from conformance.wire.datatypes import DataType
 
 SAVE_EVERY_S = 1.0
+RESTARTING: frozenset[Effect] = frozenset(get_args(Effect)) - {"reads", "writes", "other-nodes"}
+"""Effects that come with a restart of the node, or outlast one."""
 
 
 class Run:
@@ -62,6 +65,7 @@ class Run:
         self.directory: Path | None = None
         self.total = 0
         self._bench: Bench | None = None
+        self._as_found: AsFound | None = None
         self._started = 0.0
         self._started_s = 0.0
         self._saved = 0.0
@@ -92,8 +96,12 @@ class Run:
 
     # While it runs
 
-    def open(self, total: int) -> Bench:
+    def open(self, total: int, effects: Collection[Effect]) -> Bench:
         """Open the bench, find the node and begin the record.
+
+        Args:
+            total: How many items there will be.
+            effects: What they may do to the node.
 
         Raises:
             BenchError: There is no bus, no node, or no place for the record.
@@ -108,6 +116,10 @@ class Run:
         self._started_s = self._item_started_s = self._bench.link.now()
         self.results.run["started"] = datetime.now(UTC).isoformat(timespec="seconds")
         self._bench.find_node()
+        try:
+            self._as_found = AsFound(self._bench, restarts=not RESTARTING.isdisjoint(effects))
+        except NodeTimeout:
+            self._as_found = None  # a node that fails so early will fail its items
         self.results.device["identity"] = self._identity(self._bench)
         return self._bench
 
@@ -249,6 +261,7 @@ class Run:
 
     def close(self) -> None:
         """Close the bench and write the record, whatever the run has come to."""
+        self._give_back()
         bench, self._bench = self._bench, None
         self.results.complete = not self.results.aborted and len(self.results.items) >= self.total
         if bench is not None:
@@ -276,6 +289,25 @@ class Run:
                 write_junit(self.results, self.directory / "junit.xml")
         except BenchError as error:
             self.abort(str(error))
+
+    def _give_back(self) -> None:
+        """Give the node back as it was found, and note what is not."""
+        found = self._as_found
+        if found is None:
+            return
+        record = self.results.run["as_found"] = {
+            "objects": len(found),
+            "nmt_state": found.nmt_state,
+        }
+        try:
+            differences = found.give_back()
+        except ConformanceError as error:
+            self.abort(f"whether the node is as it was found cannot be seen: {error}")
+            return
+        record["differences"] = [asdict(difference) for difference in differences]
+        if differences:
+            names = ", ".join(dict.fromkeys(difference.object for difference in differences))
+            self.results.left_changed = f"the node is not left as it was found: {names}"
 
     def _save(self) -> None:
         if self._bench is not None:

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from conformance.checks import BENCH, PASSED, VERDICT
+from conformance.effects import Effect
 from conformance.errors import BenchError, NodeTimeout, SetupRefused, SpecError
 from conformance.options import RunOptions
 from conformance.report.results import Item
@@ -92,7 +93,7 @@ class ConformanceSession:
             return (yield)
         try:
             count = sum(_what(item)[0] is not None for item in session.items)
-            self._config.stash[BENCH] = self._run.open(count)
+            self._config.stash[BENCH] = self._run.open(count, _effects(session.items))
         except (BenchError, SpecError) as error:
             self._run.abort(str(error))
             session.items.clear()
@@ -201,3 +202,13 @@ def _what(item: pytest.Item) -> tuple[Requirement | None, Case | None]:
     requirement = getattr(getattr(item, "function", None), "requirement", None)
     callspec = getattr(item, "callspec", None)
     return requirement, callspec.params.get("_case") if callspec else None
+
+
+def _effects(items: list[pytest.Item]) -> set[Effect]:
+    """Return what those of some items do to the node that are not skipped."""
+    effects: set[Effect] = set()
+    for item in items:
+        requirement, case = _what(item)
+        if requirement is not None and case is not None and not item.get_closest_marker("skip"):
+            effects.update(requirement.effects, case.effects)
+    return effects

@@ -36,6 +36,7 @@ class Bench:
         self.spec = spec
         self.link = link
         self.non_volatile_writes = 0
+        self.was_stopped = False
         self.observations = Observations(link)
         self.channel = SdoChannel(link, spec.node_id, definition.sdo_timeout_s)
         home = Place(spec.node_id, definition.bitrate or spec.bitrate)
@@ -116,9 +117,13 @@ class Bench:
         """
         node = self.node()
         deadline = self.link.now() + self.definition.boot_up_timeout_s
+        if node.answers() or node.answers():
+            return
+        booting = bool(self.link.since(0, node.is_boot_up))
         node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
         while self.link.now() < deadline:
             if node.answers():
+                self.was_stopped = not booting
                 return
         heard = sorted({f"{f.frame.can_id:03X}h" for f in self.link.since(0, lambda _: True)})
         raise BenchError(

@@ -32,12 +32,12 @@ class Beating:
 
     Args:
         held_ms: The producer heartbeat time that the node then holds.
-        boot_up: Its boot-up message.
+        boot_up: Its boot-up message, if there is one.
         beats: What came after that, until the time was over.
     """
 
     held_ms: int
-    boot_up: Stamped
+    boot_up: Stamped | None
     beats: Sequence[Stamped]
 
 
@@ -67,7 +67,7 @@ def restarted_heartbeat(
     """Write a heartbeat time, store it or not, restart the node and listen; undone afterwards.
 
     Raises:
-        SetupRefused: The node does not take the time, or sends no boot-up message.
+        SetupRefused: The node does not take the time.
     """
     settings, index = Settings(node), heartbeat.producer.object
     data = node.spec.entries[index, 0].type.encode(heartbeat.typical_ms)
@@ -77,11 +77,11 @@ def restarted_heartbeat(
             raise SetupRefused("the node does not take a typical heartbeat time, see OD-11")
         if save:
             node.save({index})
-        boot_up = node.link.wait(node.is_boot_up, node.boot_up_timeout_s, begin_restart(node, how))
-        if boot_up is None:
-            raise SetupRefused("there is no boot-up message, see BOOT-01")
+        mark = begin_restart(node, how)
+        node.await_boot_up(mark)
+        boot_ups = node.link.since(mark, node.is_boot_up)
         beats = heartbeat.collect(count, 2 * count * heartbeat.typical_ms / 1000)
-        return Beating(node.number(index), boot_up, beats)
+        return Beating(node.number(index), boot_ups[0] if boot_ups else None, beats)
     finally:
         settings.put_back()
 

@@ -125,9 +125,8 @@ def test_running_heartbeat_takes_another_period(
     gaps_ms = heartbeat.gaps_ms(BEATS, change.after_ms)[1:]
 
     verdict.equal("intervals seen", len(gaps_ms), BEATS - 1)
-    verdict.within(
-        "heartbeat period", gaps_ms, change.after_ms, gap_tolerance_ms(change.after_ms), unit="ms"
-    )
+    margin_ms = abs(change.after_ms - change.before_ms) / 2
+    verdict.within("heartbeat period", gaps_ms, change.after_ms, margin_ms, unit="ms")
 
 
 def _object(spec: DeviceSpec) -> Iterable[Case]:
@@ -146,7 +145,7 @@ def _object(spec: DeviceSpec) -> Iterable[Case]:
 def test_the_same_time_again_keeps_the_heartbeat_going(
     node: Node, heartbeat: HeartbeatPort, index: int, verdict: Verdict
 ) -> None:
-    """With the time it has written once more the heartbeat goes on within one period."""
+    """With the time it has written once more the heartbeat goes on."""
     period_ms = heartbeat.typical_ms
     heartbeat.enter()
     heartbeat.set(period_ms)
@@ -162,7 +161,7 @@ def test_the_same_time_again_keeps_the_heartbeat_going(
     verdict.at_most(
         f"longest pause after {address(index)} was written again",
         longest_ms,
-        period_ms + gap_tolerance_ms(period_ms),
+        1.5 * period_ms,
         unit="ms",
     )
 

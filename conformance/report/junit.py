@@ -27,10 +27,11 @@ def to_junit(results: Results) -> str:
     remarks = {item.id for item in results.remarks()}
     cases = [_case(item, remark=item.id in remarks) for item in results.items]
     cases += _scan_cases(results)
-    if results.aborted:
-        case = TestCase("run", classname=f"{device['spec']}.bench")
-        case.add_error_info(message=_legal(results.aborted))
-        cases.append(case)
+    for name_, reason in (("run", results.aborted), ("as found", results.left_changed)):
+        if reason:
+            case = TestCase(name_, classname=f"{device['spec']}.bench")
+            case.add_error_info(message=_legal(reason))
+            cases.append(case)
     suite = TestSuite(
         _legal(name),
         cases,

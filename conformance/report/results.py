@@ -79,6 +79,7 @@ class Results:
         items: In the order in which they ran.
         strict: Deviations at level ``should`` count.
         aborted: Why the run ended early, empty if it did not.
+        left_changed: What the run did not leave as it was, empty if all is.
         scanned: What a walk over the object dictionary found; None without one.
     """
 
@@ -87,8 +88,10 @@ class Results:
     items: list[Item] = field(default_factory=list)
     strict: bool = False
     aborted: str = ""
+    left_changed: str = ""
     complete: bool = False
     scanned: Scanned | None = None
+    _texts: list[str] = field(default_factory=list, repr=False)
 
     def counts(self) -> dict[str, int]:
         """Return how many items have each verdict."""
@@ -116,7 +119,13 @@ class Results:
             return 1
         counts = self.counts()
         decided = counts["pass"] + counts["fail"]
-        if self.aborted or not self.complete or counts["inconclusive"] or not decided:
+        if (
+            self.aborted
+            or self.left_changed
+            or not self.complete
+            or counts["inconclusive"]
+            or not decided
+        ):
             return 2
         return 0
 
@@ -135,15 +144,16 @@ class Results:
             "items": len(self.items),
         }
         summary.update(self.counts())
-        document = {
-            "run": self.run,
-            "device": self.device,
-            "items": [asdict(item) for item in self.items],
-            "summary": summary,
+        self._texts += (_to_json(asdict(item)) for item in self.items[len(self._texts) :])
+        parts = {
+            "run": _to_json(self.run),
+            "device": _to_json(self.device),
+            "items": "[\n" + ",\n".join(self._texts) + "\n]",
+            "summary": _to_json(summary),
         }
         if self.scanned is not None:
-            document["scan"] = asdict(self.scanned)
-        return json.dumps(document, indent=1, ensure_ascii=True)
+            parts["scan"] = _to_json(asdict(self.scanned))
+        return "{\n" + ",\n".join(f'"{name}": {text}' for name, text in parts.items()) + "\n}"
 
     def write(self, path: Path) -> None:
         """Write the record so that a reader never sees half of it.
@@ -157,3 +167,7 @@ class Results:
             os.replace(draft, path)  # noqa: PTH105 - atomic on every system
         except OSError as error:
             raise BenchError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def _to_json(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, indent=1, ensure_ascii=True)

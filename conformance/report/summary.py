@@ -140,11 +140,21 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     terminal.say()
     if results.aborted:
         terminal.say(f"The run ended early: {results.aborted}", style="bold yellow")
+    _as_found(results, terminal)
     word, style = HEADLINES[results.verdict]
     terminal.say(f"{word}: {_counts(results)}", style=style)
     terminal.say(_times(results))
     _response_times(results, terminal)
     terminal.say(f"record: {directory} (results.json, junit.xml, trace.log)")
+
+
+def _as_found(results: Results, terminal: Terminal) -> None:
+    found = results.run.get("as_found")
+    if results.left_changed:
+        terminal.say(results.left_changed, style="bold yellow")
+    elif isinstance(found, dict) and "differences" in found:
+        state = found["nmt_state"].partition(" ")[0] or "NMT state unknown"
+        terminal.say(f"left as found: {_many(found['objects'], 'setting')}, {state}")
 
 
 def _table(results: Results, terminal: Terminal) -> None:

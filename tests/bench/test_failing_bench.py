@@ -20,7 +20,7 @@ from conformance.simulator.interface import SimulatorBus
 class PulledPlug(SimulatorBus):
     """Works for some frames, then fails in one way."""
 
-    frames_left = 400
+    frames_left = 1500
     failing: str = "recv"
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
@@ -90,7 +90,7 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     made = Run(RunOptions("siko_ims360", report_dir=tmp_path / "file" / "below"))
 
     with pytest.raises(BenchError, match="cannot make"):
-        made.open(1)
+        made.open(1, ())
 
 
 @pytest.mark.parametrize(

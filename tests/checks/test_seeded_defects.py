@@ -100,15 +100,22 @@ SPEC_CHANGES = {
 
 DRAGGED_ALONG = {
     "a default": ("RST-",),
+    "tpdo-in-pre-operational": ("TPDO-17/", "SYNC-02/"),
     "an access right, rw to ro": ("BIT-", "LSS-"),
     "an access right, rw to wo": ("BIT-", "LSS-", "NID-", "STO-", "RST-", "OD-11/2002h"),
     "an enumeration value that is missing": ("LSS-19/13h/0/1", "BIT-"),
-    "no-boot-up": ("DEV-22/2010h:01", "NID-09/2002h"),
+    "no-boot-up": ("DEV-22/2010h:01", "NID-09/2002h", "NMT-09/power-on"),
+    "a mappable object that is not": ("TPDO-30/",),
+    "mapped-objects-swapped": ("TPDO-30/",),
 }
 """What may fail or stay open beside the change itself, because it rests on it: beginnings of ids."""
 
 FAULTS = {
-    "heartbeat-slow-10-percent": {"HB-01/1017h/10ms", "HB-01/1017h/100ms"},
+    "heartbeat-slow-10-percent": {
+        "HB-01/1017h/10ms",
+        "HB-01/1017h/100ms",
+        "HB-07/1017h/2000ms",
+    },
     "tpdo-in-pre-operational": {f"TPDO-01/180{n}h" for n in range(4)},
     "mapped-objects-swapped": {f"TPDO-05/180{n}h" for n in range(4)},
     "no-boot-up": {

@@ -28,11 +28,12 @@ def test_junit_is_read_by_another_parser(judge: Callable[..., Any]) -> None:
     (suite,) = JUnitXml.fromfile(str(finished.folder / "junit.xml"))
     assert suite.name == "siko_ims360 4711"
     assert suite.tests == record["summary"]["items"]
-    assert suite.failures == record["summary"]["fail"] == 2
+    assert suite.failures == record["summary"]["fail"] == 3
     failed = [case for case in suite if case.result and isinstance(case.result[0], Failure)]
     assert {case.name for case in failed} == {
         "siko_ims360/HB-01/1017h/10ms",
         "siko_ims360/HB-01/1017h/100ms",
+        "siko_ims360/HB-07/1017h/2000ms",
     }
     assert "IMS360 CANopen user manual 088/25, 6.2.3" in failed[0].result[0].text
     assert "trace.log:" in failed[0].result[0].text
@@ -219,4 +220,4 @@ def test_an_interrupted_check_is_undone(tmp_path: Path) -> None:
     assert downloads["001805"] == "00000000"
     assert downloads["001a00"] == "08000000"
     commands = [m.data[0] for m in sent if m.arbitration_id == 0]
-    assert commands[-2:] == [0x01, 0x80]
+    assert commands[-4:] == [0x01, 0x80, 0x81, 0x80], "undone, then restarted to be compared"

@@ -1,0 +1,139 @@
+"""The node as it was found before a run: its settings and NMT state, given back and compared at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of, state_of
+from conformance.bench.node import Node
+from conformance.bench.session import Bench
+from conformance.bench.settings import Settings
+from conformance.errors import NodeTimeout, SetupRefused
+from conformance.spec.model import Entry, Key
+from conformance.wire.nmt import NmtCommand, NmtState
+
+LONGEST_WAIT_MS = 2000
+"""A heartbeat of a longer period than this is not waited for."""
+
+_LEADS_TO = {
+    name_of(NmtState.OPERATIONAL): NmtCommand.START,
+    name_of(NmtState.STOPPED): NmtCommand.STOP,
+}
+Held: TypeAlias = Mapping[Key, bytes | str]
+"""What settings hold, or in words why they do not tell."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """An object that does not hold what it held before the run."""
+
+    object: str
+    before: str
+    after: str
+
+
+class AsFound:
+    """What a run has to leave as it was.
+
+    A restart loses what was not stored. So what is stored is seen after a reset, before and after
+    the run, and what was not is written again.
+
+    Args:
+        bench: The open bench; its node was found.
+        restarts: What will be run may restart the node, so this may as well.
+    """
+
+    def __init__(self, bench: Bench, *, restarts: bool) -> None:
+        self._bench = bench
+        node = bench.node()
+        self.nmt_state = self._nmt_state(node)
+        node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
+        bench.done(node, doubtful=False)
+        self._held = self._read(node)
+        self._stored = self._held
+        self._restarts = restarts and _reset(node)
+        if self._restarts:
+            self._stored = self._read(node)
+
+    def __len__(self) -> int:
+        return len(self._held)
+
+    def give_back(self) -> list[Difference]:
+        """Give back what can be, and return what is not as it was.
+
+        Raises:
+            NodeTimeout: The node does not answer any more.
+        """
+        node = self._bench.node()
+        if self._restarts:
+            node.reset()
+        after = self._read(node)
+        found = list(self._differences(self._stored, after))
+        unsaved = {
+            key: data
+            for key, data in self._held.items()
+            if isinstance(data, bytes) and data != self._stored[key]
+        }
+        if unsaved:
+            Settings(node).write(unsaved)
+            now = self._read(node)
+            found += self._differences(
+                {key: self._held[key] for key in unsaved}, {key: now[key] for key in unsaved}
+            )
+        self._bench.done(node, doubtful=False)
+        if self.nmt_state in _LEADS_TO:
+            self._bench.node().nmt(_LEADS_TO[self.nmt_state])
+        return found
+
+    def _nmt_state(self, node: Node) -> str:
+        """Return the NMT state that heartbeats show, empty where none can."""
+        if self._bench.was_stopped:
+            return name_of(NmtState.STOPPED)
+        if "writes" not in self._bench.definition.allow:
+            return ""
+        try:
+            port = HeartbeatPort(node, self._bench.spec.services.heartbeat_producer)
+            period_ms = node.number(port.producer.object)
+            if period_ms == port.producer.off or period_ms > LONGEST_WAIT_MS:
+                seen = port.state()
+            else:
+                beats = port.collect(1, 2 * period_ms / 1000)
+                seen = state_of(beats[0]) if beats else NO_HEARTBEAT
+        except (SetupRefused, NodeTimeout):
+            return ""
+        return "" if seen == NO_HEARTBEAT else seen
+
+    def _read(self, node: Node) -> Held:
+        held: dict[Key, bytes | str] = {}
+        for entry in self._bench.spec.entries.values():
+            if _is_setting(entry):
+                transfer = node.sdo.upload(*entry.key)
+                if not transfer.answered:
+                    raise NodeTimeout(f"node {node.node_id}: upload of {entry.address}: {transfer}")
+                held[entry.key] = str(transfer) if transfer.data is None else transfer.data
+        return held
+
+    def _differences(self, before: Held, after: Held) -> Iterator[Difference]:
+        for key, data in before.items():
+            if after[key] != data:
+                address = self._bench.spec.entries[key].address
+                yield Difference(address, _shown(data), _shown(after[key]))
+
+
+def _is_setting(entry: Entry) -> bool:
+    return all(reading.kind == "config" and reading.readable for reading in entry.readings)
+
+
+def _reset(node: Node) -> bool:
+    """Reset the node; tell whether it came back."""
+    try:
+        node.reset()
+    except (NodeTimeout, SetupRefused):
+        return False
+    return True
+
+
+def _shown(data: bytes | str) -> str:
+    return data if isinstance(data, str) else data.hex(" ").upper()
