@@ -16,7 +16,7 @@ Effect: TypeAlias = Literal[
     "other-nodes",
 ]
 
-Need: TypeAlias = Literal["tilt", "temperature", "supply", "operator", "second-node"]
+Need: TypeAlias = Literal["tilt", "temperature", "supply", "operator", "second-node", "bus-errors"]
 """Beside frames: the stimulus of a quantity, a person who looks, another node of the same kind."""
 
 LACKING: dict[Need, str] = {
@@ -25,4 +25,5 @@ LACKING: dict[Need, str] = {
     "supply": "the bench cannot change the supply voltage",
     "operator": "the bench has no operator",
     "second-node": "the bench has no second node of this kind",
+    "bus-errors": "the bench cannot disturb the bus",
 }

@@ -33,6 +33,7 @@ class BenchDefinition(BaseModel):
         stimulus: What can be changed around the device, and by whom.
         operator: Who answers questions about what only eyes can see.
         second_node: Who adds another node of the same kind to the bus.
+        bus_errors: Who destroys frames, so that the device counts errors.
         allow: Effects that checks may have on the device.
         sdo_timeout_s: Longest wait for an SDO response.
         boot_up_timeout_s: Longest wait for a boot-up message after a reset.
@@ -51,6 +52,7 @@ class BenchDefinition(BaseModel):
     stimulus: dict[Quantity, Literal["simulator"]] = {}
     operator: Literal["none", "simulator", "terminal"] = "none"
     second_node: Literal["none", "simulator"] = "none"
+    bus_errors: Literal["none", "simulator"] = "none"
     allow: list[Effect] = ["reads", "writes", "resets"]
     sdo_timeout_s: Annotated[float, Field(gt=0, le=60)] = 1.0
     boot_up_timeout_s: Annotated[float, Field(gt=0, le=60)] = 5.0
@@ -66,6 +68,8 @@ class BenchDefinition(BaseModel):
             return self.operator != "none"
         if need == "second-node":
             return self.second_node != "none"
+        if need == "bus-errors":
+            return self.bus_errors != "none"
         return need in self.stimulus
 
 

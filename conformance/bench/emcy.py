@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal
 
@@ -116,6 +117,7 @@ class EmcyPort:
         self._can_id = 0
         self._was_empty = False
         self._disturbed = False
+        self._tilted = False
 
     @property
     def can_id(self) -> int:
@@ -186,13 +188,26 @@ class EmcyPort:
             SetupRefused: It still shows one.
         """
         self._was_empty = self.count() == 0
-        self._disturbed = True
+        self._disturbed = self._tilted = True
         self.watch()
         self.end()
         if self.present():
             raise SetupRefused("the node shows an error without one to be seen")
         if self.watch() & NOT_VALID:
             self.enable()
+
+    def begin(self) -> None:
+        """Be ready for errors that tilting has nothing to do with.
+
+        Raises:
+            SetupRefused: There is one already.
+        """
+        self._was_empty = self.count() == 0
+        self._disturbed = True
+        if self.watch() & NOT_VALID:
+            self.enable()
+        if self.present():
+            raise SetupRefused("the node shows an error already")
 
     def provoke(self, *errors: Provocation) -> list[Stamped]:
         """Let exactly these errors be present, and return the EMCYs that come."""
@@ -253,8 +268,9 @@ class EmcyPort:
         self._node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
         self._disturbed = False
         try:
-            self.end()
-            self._stimulus.rest()
+            if self._tilted:
+                self.end()
+                self._stimulus.rest()
             history = self._place(0)
             if self._was_empty and history is not None and history.writable and self.count():
                 self._node.sdo.download(history.index, 0, history.type.encode(0))
@@ -280,6 +296,21 @@ class EmcyPort:
         return [
             self._node.number(index, sub) & 0xFFFF for sub in range(1, min(self.count(), most) + 1)
         ]
+
+
+@contextmanager
+def errors_to_come(node: Node, stimulus: Stimulus) -> Iterator[None]:
+    """Let errors come that are not to be seen as EMCY; a history that was empty is emptied again."""
+    producer = node.spec.services.emcy_producer
+    if producer is None:
+        yield
+        return
+    port = EmcyPort(node, producer, stimulus)
+    port.begin()
+    try:
+        yield
+    finally:
+        port.leave()
 
 
 def may_last(spec: DeviceSpec) -> bool:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol, runtime_checkable
 
+from conformance.spec.services import BusError
+
 
 @runtime_checkable
 class SimulatedRig(Protocol):
@@ -39,6 +41,12 @@ class SimulatedRig(Protocol):
 
     def lit(self, light: str) -> bool:
         """Tell whether a light of the first simulated device is lit now."""
+
+    def disturb(self, error: BusError) -> None:
+        """Destroy frames of every simulated device until its error counters have come so far."""
+
+    def end_disturbance(self) -> None:
+        """Let frames be again, so that the error counters go back."""
 
     def add_twin(self, serial_number: int) -> None:
         """Put another device like the first one on the bus, with its node-ID."""

@@ -9,6 +9,7 @@ from conformance.bench.link import Link
 from conformance.bench.rig import SimulatedRig
 from conformance.bench.settling import Settling
 from conformance.errors import SetupRefused
+from conformance.spec.services import BusError
 
 SETTLE_S = 0.1
 """From a change to the first value that is judged, beside the device's own filter."""
@@ -58,6 +59,18 @@ class Stimulus:
             yield
         finally:
             rig.remove_twin()
+
+    @contextmanager
+    def bus_error(self, error: BusError) -> Iterator[None]:
+        """Have the device's frames destroyed until its error counters have come so far."""
+        rig = self._rig
+        rig.disturb(error)
+        try:
+            self._link.listen(SETTLE_S, lambda _: False)
+            yield
+        finally:
+            rig.end_disturbance()
+            self._link.listen(SETTLE_S, lambda _: False)
 
     def rest(self) -> None:
         """Bring everything back to where it was."""

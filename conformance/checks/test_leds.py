@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
-from conformance.bench.emcy import EmcyPort, Provocation
+from conformance.bench.emcy import EmcyPort, Provocation, errors_to_come
 from conformance.bench.lights import LightsPort, Pattern, pattern_of
 from conformance.bench.lss import LssPort
 from conformance.bench.node import Node
@@ -16,7 +16,7 @@ from conformance.errors import SetupRefused
 from conformance.requirements import Case, Cases, requirement
 from conformance.spec.document import Services
 from conformance.spec.model import DeviceSpec
-from conformance.spec.services import LightCondition
+from conformance.spec.services import BusError, LightCondition
 from conformance.verdict import Verdict
 from conformance.wire.nmt import NmtCommand, NmtState
 
@@ -123,6 +123,32 @@ def test_light_shows_that_there_is_no_supply(
     """Without supply a light shows the documented pattern."""
     with node.without_supply():
         seen = lights.seen(shown.light)
+
+    _judge(verdict, node.spec, shown, seen)
+
+
+def _with_bus_errors(spec: DeviceSpec) -> Iterable[Case]:
+    for case in _shown("warning-limit", "bus-off")[1](spec):
+        yield Case(case.label, case.subject, case.section, kept(spec))
+
+
+@requirement(
+    "LED-06",
+    level="manual",
+    cases=("shown", _with_bus_errors),
+    effects=("reads", "power"),
+    needs=("operator", "bus-errors"),
+)
+def test_light_shows_an_error_on_the_bus(
+    node: Node, stimulus: Stimulus, lights: LightsPort, shown: Shown, verdict: Verdict
+) -> None:
+    """With its error counters at the warning limit, and in bus-off, a light shows the documented pattern."""
+    error: BusError = "bus-off" if shown.condition == "bus-off" else "warning-limit"
+    with errors_to_come(node, stimulus):
+        with stimulus.bus_error(error):
+            seen = lights.seen(shown.light)
+        if not node.answers():
+            node.power_cycle()
 
     _judge(verdict, node.spec, shown, seen)
 

@@ -18,6 +18,7 @@ from conformance.simulator.node import Node
 from conformance.spec.load import SpecFile
 from conformance.spec.model import Key
 from conformance.spec.resolve import chosen_readings
+from conformance.spec.services import BusError
 from conformance.wire import cob_id
 from conformance.wire.datatypes import Value
 from conformance.wire.frame import Frame
@@ -76,6 +77,7 @@ class SimulatedDevice:
         self._agenda = Agenda()
         self._firmware: Firmware | None = None
         self._pending_node_id: int | None = None
+        self._bus_error: BusError | None = None
         self._outbox: list[Frame] = []
         self._sent = 0
 
@@ -112,6 +114,7 @@ class SimulatedDevice:
         """Switch the supply off; only the non-volatile memory remains."""
         self.powered = False
         self._pending_node_id = None
+        self._bus_error = None
         self._halt()
         self._forget()
 
@@ -128,6 +131,9 @@ class SimulatedDevice:
         if not self.powered:
             return []
         self._agenda.run(now_ns)
+        if self._bus_error == "bus-off":
+            self._outbox.clear()
+            return []
         for frame in frames:
             if self._firmware is not None:
                 self._firmware.receive(frame)
@@ -156,9 +162,27 @@ class SimulatedDevice:
     def lit(self, light: str, now_ns: int) -> bool:
         """Tell whether a light is lit; during the initialisation none is."""
         holding = self._firmware.light_conditions() if self._firmware is not None else set()
+        if self._bus_error is not None:
+            holding.add("bus-off" if self._bus_error == "bus-off" else "warning-limit")
         if not self.powered:
             holding = {"supply-off"}
         return is_lit(self.spec.services.leds, self.faults, light, holding, now_ns)
+
+    def disturb(self, error: BusError) -> None:
+        """Count errors on the bus until the counters have come so far."""
+        self._bus_error = error
+        if self._firmware is not None and error == "error-passive":
+            self._firmware.bus_errors.passive()
+
+    def end_disturbance(self) -> None:
+        """Count no more errors; a node in bus-off stays there unless it leaves by itself."""
+        error = self._bus_error
+        stays = self._firmware is not None and not self._firmware.bus_errors.recovers
+        if error == "bus-off" and stays:
+            return
+        self._bus_error = None
+        if self._firmware is not None and error is not None:
+            self._firmware.bus_errors.over(error)
 
     def raise_error(self, code: int, bit: int | None = None) -> None:
         """Let an error occur: its emergency error code, its bit of the manufacturer code."""

@@ -132,6 +132,11 @@ class EmcyProducer:
             self._send(code)
         self._leave(axis)
 
+    def tell(self, code: int) -> None:
+        """Tell an event that is no error."""
+        self._history.enter(code)
+        self._send(code)
+
     def clear_error(self, code: int, bit: int | None = None) -> None:
         """An error has gone."""
         error = Error(code, bit)

@@ -461,6 +461,14 @@ class Faults(BaseModel):
     )
     lss_store_forgets: bool = Field(default=False, description="Confirms a store, stores nothing.")
 
+    # bus errors
+    bus_errors_untold: list[Literal["error-passive", "after-bus-off"]] = Field(
+        default=[], description="What of errors on the bus is not told by EMCY."
+    )
+    bus_off_recovery: bool | None = Field(
+        default=None, description="Whether the node leaves bus-off by itself, whatever is set."
+    )
+
     # lights
     lights_show: dict[LightCondition, dict[str, str]] = Field(
         default={}, description="Under a condition, the pattern that a light shows instead."

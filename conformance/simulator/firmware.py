@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Final, Protocol
 
+from conformance.simulator.bus_errors import BusErrors
 from conformance.simulator.cob_id_rules import CAN_ID, guard_cob_ids
 from conformance.simulator.emcy import EmcyProducer
 from conformance.simulator.filters import follow_filters
@@ -78,6 +79,7 @@ class Firmware:
         self._heartbeat = HeartbeatProducer(node, services.heartbeat_producer)
         self._tpdos = TpdoProducer(node, services.tpdo)
         self.emcy = EmcyProducer(node, spec, live, hardware.memory, self._enter)
+        self.bus_errors = BusErrors(node, services.bus_errors, self.emcy)
         follow_rules(node, spec, partial(reset, NmtCommand.RESET_NODE), self.emcy.has_error)
         self._lss = None if services.lss is None else LssSlave(node, spec, services.lss, hardware)
 

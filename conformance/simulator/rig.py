@@ -8,6 +8,7 @@ from contextlib import AbstractContextManager
 
 from conformance.simulator.bus import SimulatedBus
 from conformance.simulator.device import SimulatedDevice
+from conformance.spec.services import BusError
 
 
 class SimulatorRig(ABC):
@@ -67,6 +68,14 @@ class SimulatorRig(ABC):
         """Tell whether a light of the first node is lit now."""
         with self.present() as bus:
             return bus.nodes[0].lit(light, bus.now_ns)
+
+    def disturb(self, error: BusError) -> None:
+        """Destroy frames of all nodes until their error counters have come so far."""
+        self._stimulate(lambda node: node.disturb(error))
+
+    def end_disturbance(self) -> None:
+        """Let the frames of all nodes be."""
+        self._stimulate(lambda node: node.end_disturbance())
 
     def add_twin(self, serial_number: int) -> None:
         """Put another node like the first one on the bus, with its node-ID."""

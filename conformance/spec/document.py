@@ -26,6 +26,7 @@ from conformance.spec.fields import (
     TypeName,
 )
 from conformance.spec.services import (
+    BusErrors,
     Changeable,
     EmcyProducer,
     HeartbeatProducer,
@@ -42,6 +43,7 @@ from conformance.spec.services import (
 __all__ = [
     "Access",
     "Ambiguity",
+    "BusErrors",
     "Changeable",
     "DeviceInfo",
     "EmcyProducer",

@@ -346,6 +346,31 @@ class Leds(Service):
         return self
 
 
+BusError: TypeAlias = Literal["warning-limit", "error-passive", "bus-off"]
+
+
+class Recovery(StrictModel):
+    """The object that lets the node leave bus-off by itself: when it holds ``value``."""
+
+    object: Address
+    value: int
+
+
+class BusErrors(Service):
+    """What the node tells of errors on the bus: EMCY codes, and bits of the error register.
+
+    ``error_passive``: code while the CAN controller is error passive.
+    ``after_bus_off``: code once the node is back from bus-off.
+    ``register_bits``: set while the CAN controller is error passive.
+    """
+
+    error_passive: Word
+    after_bus_off: Word
+    register_bits: list[Bit]
+    recovery: Recovery | None = None
+    source: Source
+
+
 class Services(StrictModel):
     """One block per CANopen service the device offers."""
 
@@ -361,6 +386,7 @@ class Services(StrictModel):
     bitrate: Changeable | None = None
     lss: Lss | None = None
     leds: Leds | None = None
+    bus_errors: BusErrors | None = None
 
     def of_variant(self, variant: str) -> Services:
         """Return the services that one variant offers."""

@@ -22,6 +22,7 @@ WORDS = {
     "bitrate": "bit rate",
     "lss": "LSS",
     "leds": "lights",
+    "bus_errors": "bus errors",
 }
 
 

@@ -22,10 +22,13 @@ EFFECTS: dict[str, dict[str, str]] = read_yaml(Path(__file__).parent / "fault_ef
 IN_VALUES = read_yaml(Path(__file__).parent / "function_fault_effects.yaml").data.keys()
 OTHERS = {
     "bit-rate-alias-stale",
+    "bus-off-always-left",
+    "bus-off-untold",
     "byte-order-ignored",
     "counts-turns",
     "dies-after-20-frames",
     "emcy-second-error-untold",
+    "error-passive-untold",
     "emcy-without-manufacturer-code",
     "filter-acts-unsaved",
     "filter-cut-off-ignored",
@@ -37,6 +40,7 @@ OTHERS = {
     "heartbeat-slow-10-percent",
     "history-of-four",
     "history-oldest-first",
+    "light-ignores-bus-errors",
     "light-on-in-stopped",
     "light-red-without-error",
     "light-without-supply",
