@@ -19,6 +19,8 @@ from conformance.run import Run
 from conformance.session import RUN
 
 CHECKS = Path(__file__).parent / "checks"
+UNUSED = ("terminal", "cacheprovider", "logging", "unraisableexception", "threadexception")
+"""Plug-ins of pytest that a run has no use for and would spend its time on."""
 
 
 class _Attach:
@@ -48,12 +50,13 @@ def run(run: Run) -> int:
     attach = _Attach(run)
     progress = Progress(run)
     run.progress, run.scan_progress = progress.item, progress.scan
-    plugins = ["conformance.plugin", "pytest_timeout", "no:terminal", "no:cacheprovider"]
     arguments = [
-        *(f"-p{name}" for name in plugins),
+        *(f"-p{name}" for name in ("conformance.plugin", "pytest_timeout")),
+        *(f"-pno:{name}" for name in UNUSED),
         "-c",
         str(CHECKS / "pytest.ini"),
         "--capture=no",
+        "--assert=plain",
         "--device",
         run.options.device,
         str(CHECKS),
