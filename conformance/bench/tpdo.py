@@ -74,6 +74,13 @@ class TpdoPort:
         if self._writable(self._communication, _COB_ID):
             self._node.download(self._communication, _COB_ID, word)
 
+    @property
+    def bits_30(self) -> tuple[int, ...]:
+        """The values that bit 30 of the COB-ID can have, or always has."""
+        if self._writable(self._communication, _COB_ID):
+            return 0, 1
+        return (int(bool(self._cob_id & _BIT_30)),)
+
     def allow_remote(self, bit_30: int) -> None:
         """Give bit 30 of the COB-ID a value; the TPDO is disabled before and enabled after."""
         self.disable()

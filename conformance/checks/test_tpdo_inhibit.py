@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from conformance.bench.node import Node
 from conformance.checks.limits import gap_tolerance_ms
-from conformance.checks.steps import tpdo_service
+from conformance.checks.steps import COB_ID_SUB, tpdo_service
 from conformance.checks.tpdo_cases import (
     asynchronous_type,
     is_free,
@@ -47,7 +47,9 @@ def _inhibitable(cases: Iterable[Case], spec: DeviceSpec) -> Iterable[Case]:
 
 
 def _timed(spec: DeviceSpec) -> Iterable[Case]:
-    return _inhibitable(timed(spec), spec)
+    for case in _inhibitable(timed(spec), spec):
+        if is_free(parameter(spec, case.subject, COB_ID_SUB)):
+            yield case
 
 
 def _valid(spec: DeviceSpec) -> Iterable[Case]:

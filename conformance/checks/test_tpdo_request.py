@@ -27,7 +27,7 @@ from conformance.wire.nmt import NmtState
 AT_SYNC, AT_ONCE = 252, 253
 COMMUNICATION = f"{CIA301}, 7.2.2.2 and 7.5.2.37"
 ANSWER_S = 0.1
-BIT_30 = {"clear": 0, "set": 1}
+WORDS = ("bit-30-clear", "bit-30-set")
 
 
 def _requested(spec: DeviceSpec) -> Iterable[Case]:
@@ -70,14 +70,17 @@ def test_tpdo_is_sent_on_request(node: Node, kind: Numbered, verdict: Verdict) -
     port.start()
 
     unasked, answered = 0, []
-    for bit_30, value in BIT_30.items():
-        port.allow_remote(value)
+    for bit_30 in port.bits_30:
+        port.allow_remote(bit_30)
         unasked += _after_sync(node, port)
         port.request(octets)
-        answered += [f"bit 30 {bit_30}"] if port.listen(ANSWER_S) else []
+        answered += [WORDS[bit_30]] if port.listen(ANSWER_S) else []
 
     verdict.equal("TPDOs without a request", unasked, 0)
-    readings = readings_of(node.spec, lambda tpdo: tpdo.remote.replace("-", " "))
+    tried = [WORDS[bit_30] for bit_30 in port.bits_30]
+    readings = readings_of(
+        node.spec, lambda tpdo: tpdo.remote if tpdo.remote in tried else "neither"
+    )
     judge_reading(verdict, "requests answered with", readings, " and ".join(answered) or "neither")
 
 
@@ -129,7 +132,7 @@ def _let_it_be_asked(port: TpdoPort, octets: int) -> None:
     Raises:
         SetupRefused: There is none.
     """
-    for bit_30 in BIT_30.values():
+    for bit_30 in port.bits_30:
         port.allow_remote(bit_30)
         port.request(octets)
         if port.listen(ANSWER_S):

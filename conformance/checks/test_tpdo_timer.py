@@ -38,29 +38,27 @@ from conformance.wire.nmt import NmtCommand
 
 COMMUNICATION = f"{CIA301}, 7.5.2.37"
 OLD_MS, NEW_MS = 100, 40
+OTHER_MS = 10
 FIRST_MS = 200
 SEEN = 8
 
 
 def _run_by_timer(node: Node, number: int, at_least_ms: int) -> int:
-    """Have a TPDO sent by its event timer and return the period in ms.
+    """Have a TPDO sent by its event timer, set to another time than before; return the period in ms.
 
     Raises:
         SetupRefused: It is not sent at all, or not at that period yet.
     """
-    port = port_of(node, number)
-    kind, event_ms = (
-        asynchronous_type(node.spec, number),
-        event_time_ms(node.spec, number, at_least_ms),
-    )
+    port, kind = port_of(node, number), asynchronous_type(node.spec, number)
+    before_ms = port.event_ms
+    found = (event_time_ms(node.spec, number, at_least_ms + more) for more in (0, OTHER_MS))
+    event_ms = next((time for time in found if time not in (None, before_ms)), None)
     if kind is None or event_ms is None:
         raise SetupRefused("the manual offers no event timer to make the TPDO come")
     others_off(node, number)
-    before_ms = port.event_ms
     set_up(node, port, kind, event_ms)
     port.start()
-    if event_ms != before_ms:
-        require_in_force(port, before_ms)
+    require_in_force(port, before_ms)
     if len(port.collect(2, 4 * event_ms / 1000)) < 2:
         raise SetupRefused("the TPDO does not come, see TPDO-02")
     return event_ms
@@ -103,7 +101,6 @@ def test_event_time_0_switches_the_timer_off(node: Node, number: int, verdict: V
         verdict.follows(refusing[0].ambiguity, refusing[0].reading)
     if not answer.confirmed:
         return
-    require_in_force(port, period_ms)
     for when in ("while it was sent", "before Operational was entered"):
         seen = port.listen(max(WINDOW_S, 4 * period_ms / 1000))
         verdict.equal(f"TPDOs with nothing new, 0 written {when}", _repeated(seen), 0)
@@ -141,7 +138,6 @@ def test_new_event_time_takes_effect(node: Node, number: int, verdict: Verdict) 
     port.collect(SEEN, SEEN * 2 * old_ms / 1000)
     present, *later = gaps_ms(node.link.since(mark, port.matches)) or [0.0]
     _anew(node, number)
-    require_in_force(port, old_ms)
     anew = gaps_ms(port.collect(SEEN, SEEN * 2 * old_ms / 1000))[1:]
 
     readings = readings_of(node.spec, lambda tpdo: tpdo.new_event_time)
