@@ -81,11 +81,13 @@ def test_a_remark_fails_no_build(judge: Callable[..., Any]) -> None:
 
     remark = judge(*arguments)
     (suite,) = JUnitXml.fromfile(str(remark.folder / "junit.xml"))
-    assert (remark.code, suite.failures, suite.skipped) == (0, 0, 2)
+    remarks = len(remark.items("fail"))
+    assert remarks
+    assert (remark.code, suite.failures, suite.skipped) == (0, 0, remarks)
 
     strict = judge(*arguments, "--strict")
     (suite,) = JUnitXml.fromfile(str(strict.folder / "junit.xml"))
-    assert (strict.code, suite.failures) == (1, 2)
+    assert (strict.code, suite.failures) == (1, remarks)
 
 
 def test_other_tests_may_run_beside_the_checks(tmp_path: Path) -> None:
