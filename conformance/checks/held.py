@@ -53,9 +53,19 @@ def held(node: Node, entry: Entry) -> Held:
 
 def judge_content(spec: DeviceSpec, verdict: Verdict, data: bytes, mapped: Sequence[Held]) -> None:
     """Judge that a TPDO has the length and the values of the mapped entries, in their order."""
+    _judge_length(spec, len(data), octets_of(mapped), verdict)
+    judge_values(verdict, data, mapped)
+
+
+def octets_of(mapped: Sequence[Held]) -> int:
+    """Return how many octets mapped entries take."""
+    return (sum(field.entry.type.bits or 0 for field in mapped) + 7) // 8
+
+
+def judge_values(verdict: Verdict, data: bytes, mapped: Sequence[Held]) -> None:
+    """Judge that a TPDO that is long enough has the values of the mapped entries, in their order."""
     bits = [field.entry.type.bits or 0 for field in mapped]
-    octets = (sum(bits) + 7) // 8
-    _judge_length(spec, len(data), octets, verdict)
+    octets = octets_of(mapped)
     if len(data) < octets:
         return
     for field, raw in zip(mapped, unpack(data[:octets], bits), strict=True):

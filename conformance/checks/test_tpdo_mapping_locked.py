@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from conformance.bench.mapping import MappingPort, word_of
 from conformance.bench.node import Node
 from conformance.checks import mapping
-from conformance.checks.held import held, judge_content
+from conformance.checks.held import held, judge_values
 from conformance.checks.mapping import Frame
 from conformance.checks.tpdos import listen, paced
 from conformance.errors import SetupRefused
@@ -54,12 +54,12 @@ def test_mapping_entry_is_locked_in_use(node: Node, frame: Frame, verdict: Verdi
     if mapping.is_fixed(port, verdict):
         return
     mapped, other = frame.entries
-    _send(node, port, frame.number, mapped)
+    octets = _send(node, port, frame.number, mapped)
 
     step = port.try_word(1, word_of(other))
 
     mapping.judge_by_reading(node.spec, verdict, step.what, mapping.outcome(step.answer), _answer)
-    _judge_goes_on(node, port, frame.number, mapped, verdict)
+    _judge_goes_on(verdict, node, port, frame, octets)
 
 
 @requirement(
@@ -74,13 +74,12 @@ def test_number_is_locked_while_valid(node: Node, frame: Frame, verdict: Verdict
     port = mapping.port_of(node, frame.number)
     if mapping.is_fixed(port, verdict):
         return
-    mapped = frame.entries[0]
-    _send(node, port, frame.number, mapped)
+    octets = _send(node, port, frame.number, frame.entries[0])
 
     step = port.try_count(0)
 
     mapping.judge_by_reading(node.spec, verdict, step.what, mapping.outcome(step.answer), _answer)
-    _judge_goes_on(node, port, frame.number, mapped, verdict)
+    _judge_goes_on(verdict, node, port, frame, octets)
 
 
 @requirement(
@@ -110,8 +109,8 @@ def _answer(services: Services) -> str:
     return "confirmed" if waits else "refused"
 
 
-def _send(node: Node, port: MappingPort, number: int, entry: Entry) -> None:
-    """Let a TPDO come that carries one object.
+def _send(node: Node, port: MappingPort, number: int, entry: Entry) -> int:
+    """Let a TPDO come that carries one object, and return how many octets it has.
 
     Raises:
         SetupRefused: It does not.
@@ -119,15 +118,19 @@ def _send(node: Node, port: MappingPort, number: int, entry: Entry) -> None:
     pace = paced(node, number)
     port.configure(pace.transmission_type, event_ms=pace.event_ms, mapped=[entry])
     port.start()
-    if not listen(node, port, pace):
+    seen = listen(node, port, pace)
+    if not seen:
         raise SetupRefused("the TPDO does not come, see TPDO-01")
+    return len(seen[0].frame.data)
 
 
 def _judge_goes_on(
-    node: Node, port: MappingPort, number: int, entry: Entry, verdict: Verdict
+    verdict: Verdict, node: Node, port: MappingPort, frame: Frame, octets: int
 ) -> None:
-    """Judge that a TPDO still comes and carries one object."""
-    seen = listen(node, port, paced(node, number))
+    """Judge that a TPDO still comes and carries the first object of a frame."""
+    seen = listen(node, port, paced(node, frame.number))
     verdict.equal("TPDOs afterwards", "some" if seen else "none", "some")
     if seen:
-        judge_content(node.spec, verdict, seen[-1].frame.data, [held(node, entry)])
+        data = seen[-1].frame.data
+        verdict.equal("octets of the TPDO", len(data), octets)
+        judge_values(verdict, data, [held(node, frame.entries[0])])
