@@ -166,6 +166,10 @@ def test_consumer_sends_no_sync(node: Node, entry: Entry, verdict: Verdict) -> N
     node.nmt(NmtCommand.START)
 
     seen = node.link.listen(LISTENED_S, lambda frame: frame.can_id == word & CAN_ID)
+    node.nmt(NmtCommand.STOP)
+    if seen and node.link.listen(LISTENED_S, lambda frame: frame.can_id == word & CAN_ID):
+        raise SetupRefused("SYNC comes while the node is stopped too, so another node sends it")
+    node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
 
     verdict.equal(f"frames on {word & CAN_ID:03X}h", len(seen), 0)
     require_alive(node)

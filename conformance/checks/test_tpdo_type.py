@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from conformance.bench.node import Node
 from conformance.bench.stimulus import Stimulus
 from conformance.checks.cases import OUT_OF_RANGE
-from conformance.checks.steps import make_writable, own_value
+from conformance.checks.steps import ENTER, make_writable, own_value, state_word
 from conformance.checks.tilted_tpdos import carry_the_tilt, tilted
 from conformance.checks.tpdo_cases import (
     Numbered,
@@ -32,12 +32,15 @@ from conformance.checks.tpdos import (
     require_in_force,
     send_sync,
     set_up,
+    sync_id,
 )
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec
 from conformance.verdict import Verdict
 from conformance.wire.abort import describe
+from conformance.wire.frame import Frame
+from conformance.wire.nmt import NmtState
 
 COMMUNICATION = f"{CIA301}, 7.5.2.37"
 ACYCLIC = 0
@@ -136,21 +139,28 @@ def _acyclic(spec: DeviceSpec) -> Iterable[Case]:
 def test_acyclic_tpdo_waits_for_sync(
     node: Node, number: int, stimulus: Stimulus, verdict: Verdict
 ) -> None:
-    """With type 0 a change of value sends the TPDO after the next SYNC, and not before."""
-    port = port_of(node, number)
+    """With type 0 a change of value sends the TPDO after the next SYNC, not before it, and in Operational alone."""
+    port, sync = port_of(node, number), Frame(sync_id(node))
     stimulus.tilt(TILT_DEG, -TILT_DEG)
     carry_the_tilt(node, port, ACYCLIC)
     port.start()
-    send_sync(node)
+    node.send(sync)
     before = port.listen(ANSWER_S)
 
-    mark = node.link.mark()
-    stimulus.tilt(-TILT_DEG, TILT_DEG)
-    early = node.link.since(mark, port.matches)
-    send_sync(node)
-    answered = port.listen(ANSWER_S)
+    seen = {}
+    for state in (NmtState.OPERATIONAL, NmtState.STOPPED, NmtState.PRE_OPERATIONAL):
+        node.nmt(ENTER[state])
+        mark = node.link.mark()
+        stimulus.tilt(-TILT_DEG if len(seen) % 2 == 0 else TILT_DEG)
+        early = len(node.link.since(mark, port.matches))
+        node.send(sync)
+        seen[state] = early, port.listen(ANSWER_S)
 
+    early, answered = seen[NmtState.OPERATIONAL]
     if before and answered and before[-1].frame.data == answered[-1].frame.data:
         raise SetupRefused("the TPDO does not show the tilt, see TPDO-19")
-    verdict.equal("TPDOs before the SYNC", len(early), 0)
+    verdict.equal("TPDOs before the SYNC", early, 0)
     verdict.equal("TPDOs after the SYNC", len(answered), 1)
+    for state in (NmtState.STOPPED, NmtState.PRE_OPERATIONAL):
+        early, answered = seen[state]
+        verdict.equal(f"TPDOs in {state_word(state)}", early + len(answered), 0)

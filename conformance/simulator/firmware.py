@@ -172,7 +172,8 @@ class Firmware:
             self._tpdos.sync()
 
     def _generate_sync(self) -> None:
-        self.node.send(sync.encode(sync.Sync(), self._sync_id()))
+        if self.node.state is not NmtState.STOPPED:
+            self.node.send(sync.encode(sync.Sync(), self._sync_id()))
         self.node.agenda.after(_SYNC_PERIOD_NS, self._generate_sync)
 
     def _enter(self, state: NmtState) -> None:

@@ -14,6 +14,7 @@ BESIDE_THE_ROWS = {
     "RTR although bit 30 forbids it": ("siko_ims360", "tpdo-rtr-bit-30-ignored", "TPDO-16"),
     "type 252 without a request": ("siko_ims360", "tpdo-sent-unasked", "TPDO-16"),
     "type 0 without an answer to SYNC": (INVENTED, "tpdo-sync-ignored", "TPDO-15"),
+    "type 0 answered in Stopped": (INVENTED, "tpdo-in-stopped", "TPDO-15"),
     "a request answered in Pre-operational": ("siko_ims360", "tpdo-in-pre-operational", "TPDO-17"),
     "SYNC answered in Stopped": ("baumer_gim140r", "tpdo-in-stopped", "SYNC-02"),
     "an event timer that 0 does not stop": (
