@@ -93,9 +93,9 @@ class TpdoPort:
         self._node.download(self._communication, _INHIBIT, value)
         self.enable()
 
-    def request(self, octets: int) -> None:
+    def request(self, octets: int) -> Stamped:
         """Ask for the TPDO by a remote frame of its length."""
-        self._node.send(Frame(self._can_id, remote=True, dlc=octets))
+        return self._node.send(Frame(self._can_id, remote=True, dlc=octets))
 
     def configure(
         self, transmission_type: int, *, event_ms: int = 0, mapped: Sequence[Entry] = ()
