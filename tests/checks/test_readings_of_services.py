@@ -67,6 +67,8 @@ def test_a_device_that_follows_no_reading_fails(judge: Callable[..., Any], tmp_p
     assert finished.code == 1
     assert finished.items("fail") == [
         "TPDO-02/1800h/20ms",
+        "TPDO-02/1800h/300ms",
+        "TPDO-02/1800h/20ms/type-255",
         "TPDO-05/1800h",
         "TPDO-06/2198h",
     ]
