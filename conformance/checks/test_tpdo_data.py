@@ -7,8 +7,14 @@ from collections.abc import Iterable
 from conformance.bench.node import Node
 from conformance.bench.slope import watch
 from conformance.bench.stimulus import Stimulus
-from conformance.checks.slopes import AXES, distance, margin_of
-from conformance.checks.tilted_tpdos import carry_the_tilt, mapped_entries, slopes_in, tilted
+from conformance.checks.slopes import distance, margin_of
+from conformance.checks.tilted_tpdos import (
+    carry_the_tilt,
+    is_slope,
+    mapped_entries,
+    slopes_in,
+    tilted,
+)
 from conformance.checks.tpdos import listen, paced, port_of, set_up, tpdos
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
@@ -64,7 +70,7 @@ def test_tpdo_follows_the_tilt(
     port, pace = port_of(node, number), paced(node, number)
     carry_the_tilt(node, port, pace.transmission_type, pace.event_ms)
     entries = mapped_entries(node, port)
-    slopes = [entry for entry in entries if entry.follows in AXES]
+    slopes = [entry for entry in entries if is_slope(entry)]
     port.start()
     shown = set()
 

@@ -7,10 +7,11 @@ from collections.abc import Iterable, Iterator
 from conformance.bench.node import Node
 from conformance.bench.tpdo import TpdoPort
 from conformance.checks.slopes import AXES
+from conformance.checks.steps import tpdo_service
 from conformance.checks.tpdos import mappable_entries, tpdos
 from conformance.errors import SetupRefused
 from conformance.requirements import Case
-from conformance.spec.model import DeviceSpec, Entry
+from conformance.spec.model import DeviceSpec, Entry, address
 from conformance.wire.pdo import MappingEntry, unpack
 
 
@@ -26,16 +27,24 @@ def tilted(spec: DeviceSpec) -> Iterable[Case]:
                 yield case
 
 
+def is_slope(entry: Entry) -> bool:
+    """Tell whether an entry shows a tilt in whole steps."""
+    return entry.follows in AXES and entry.type.is_integer
+
+
 def carry_the_tilt(node: Node, port: TpdoPort, transmission_type: int, event_ms: int = 0) -> None:
     """Configure a TPDO so that it carries a slope.
 
     Raises:
         SetupRefused: It cannot.
     """
+    order = tpdo_service(node).byte_order
+    if order is not None and node.number(order.object) == order.big_endian:
+        raise SetupRefused(f"{address(order.object)} has the high octets first, see DEV-26")
     free = port.can_be_mapped and port.fixed_mapping() is None
     slopes = list(_slopes(node.spec))[:1] if free else []
     port.configure(transmission_type, event_ms=event_ms, mapped=slopes)
-    if not any(entry.follows in AXES for entry in mapped_entries(node, port)):
+    if not any(is_slope(entry) for entry in mapped_entries(node, port)):
         raise SetupRefused("no slope is mapped, so that a tilt would not show")
 
 
@@ -60,7 +69,7 @@ def slopes_in(data: bytes, entries: list[Entry]) -> dict[str, int]:
     return {
         entry.address: int(entry.type.decode(raw.to_bytes(entry.type.size or 0, "little")))
         for entry, raw in zip(entries, unpack(data, bits), strict=True)
-        if entry.follows in AXES
+        if is_slope(entry)
     }
 
 
@@ -68,7 +77,7 @@ def _slopes(spec: DeviceSpec) -> Iterator[Entry]:
     """Return the slopes that every reading lets be mapped."""
     for entry in spec.entries.values():
         mappable = all(mappable_entries(reading, spec) for reading in entry.readings)
-        if entry.follows in AXES and mappable:
+        if is_slope(entry) and mappable:
             yield entry
 
 
@@ -80,5 +89,5 @@ def _as_delivered(spec: DeviceSpec, mapping: int) -> Iterator[Entry]:
         if word is not None and isinstance(word.default, int):
             mapped = MappingEntry.from_word(word.default)
             entry = spec.entry(mapped.index, mapped.sub)
-            if entry is not None and entry.follows in AXES:
+            if entry is not None and is_slope(entry):
                 yield entry
