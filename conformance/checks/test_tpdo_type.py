@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from conformance.bench.link import Stamped
 from conformance.bench.node import Node
 from conformance.bench.stimulus import Stimulus
 from conformance.checks.cases import OUT_OF_RANGE
@@ -147,7 +148,7 @@ def test_acyclic_tpdo_waits_for_sync(
     node.send(sync)
     before = port.listen(ANSWER_S)
 
-    seen = {}
+    seen: dict[NmtState, tuple[int, list[Stamped]]] = {}
     for state in (NmtState.OPERATIONAL, NmtState.STOPPED, NmtState.PRE_OPERATIONAL):
         node.nmt(ENTER[state])
         mark = node.link.mark()
