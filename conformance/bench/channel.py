@@ -116,6 +116,7 @@ class SdoChannel:
 _ANSWERED_BY = {0: 1, 1: 3, 2: 2, 3: 0}
 """Server command specifier by client command specifier (CiA 301 v4.2.0, 7.2.4.3)."""
 _INITIATES = (1, 2)
+_BLOCKS = (5, 6)
 _ABORT = 4
 
 
@@ -127,4 +128,6 @@ def _fits(request: bytes, response: bytes) -> bool:
     same_object = request[1:4] == response[1:4]
     if asked in _INITIATES:
         return same_object and answered in (_ANSWERED_BY[asked], _ABORT)
+    if asked in _BLOCKS:
+        return same_object or answered in (*_BLOCKS, _ABORT)
     return answered in (_ANSWERED_BY.get(asked), _ABORT)

@@ -31,6 +31,10 @@ HEADER = 4
 CLIENT_ABORT = AbortCode.GENERAL_ERROR
 
 
+def _server(_spec: DeviceSpec) -> Iterable[Case]:
+    yield Case("server", None, "")
+
+
 def _segments(_spec: DeviceSpec) -> Iterable[Case]:
     yield Case("upload", sdo.UploadSegment(toggle=False), "")
     yield Case("download", sdo.DownloadSegment(toggle=False, data=b"\0", last=True), "")
@@ -54,24 +58,32 @@ def test_segment_without_a_transfer_is_not_served(
     judge_recovery(node, verdict)
 
 
+@requirement("SDO-24", level="shall", cases=_server, source=f"{SDO}.1")
+def test_short_request_does_not_stop_the_server(node: Node, verdict: Verdict) -> None:
+    """After frames with fewer octets than a request the next request is served."""
+    request = sdo.encode(sdo.InitiateUpload(*PROBE))
+
+    for length in range(FULL):
+        node.sdo.ask(request[:length], wait_s=QUIET_S)
+
+    judge_recovery(node, verdict)
+
+
 @requirement(
-    "SDO-24",
-    level="shall",
+    "SDO-34",
+    level="should",
     cases=("entry", longest_expedited),
     source=f"{SDO}.3",
     effects=("reads", "writes"),
 )
-def test_incomplete_request_changes_nothing(node: Node, entry: Entry, verdict: Verdict) -> None:
-    """A frame of fewer octets than its request has changes nothing, and the next request is served."""
+def test_incomplete_download_changes_nothing(node: Node, entry: Entry, verdict: Verdict) -> None:
+    """A download whose frame ends before its data changes nothing."""
     held, new = held_and_new(node, entry)
-    download = sdo.encode(sdo.InitiateDownload(*entry.key, new))
-    upload = sdo.encode(sdo.InitiateUpload(*PROBE))
+    request = sdo.encode(sdo.InitiateDownload(*entry.key, new))
 
-    for request, most in ((download, HEADER + len(new)), (upload, FULL)):
-        for length in range(most):
-            node.sdo.ask(request[:length], wait_s=QUIET_S)
+    for length in range(HEADER, HEADER + len(new)):
+        node.sdo.ask(request[:length], wait_s=QUIET_S)
 
-    judge_recovery(node, verdict)
     judge_holds(node, entry, held, verdict)
 
 
@@ -154,10 +166,6 @@ def _is_right(answer: Answer, held: dict[tuple[int, int], bytes]) -> bool:
     if isinstance(reply, sdo.InitiateUploadReply) and reply.expedited:
         return reply.data[: len(held[key])] == held[key]
     return True
-
-
-def _server(_spec: DeviceSpec) -> Iterable[Case]:
-    yield Case("server", None, "")
 
 
 @requirement("SDO-27", level="shall", cases=_server, source=f"{SDO}.17")

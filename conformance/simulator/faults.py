@@ -31,6 +31,7 @@ SdoHabit: TypeAlias = Literal[
     "confirms-unknown",
     "drops-segments",
     "echoes-data",
+    "hangs-after-short",
     "hears-any-frame",
     "ignores-client-abort",
     "mixes-answers",

@@ -78,6 +78,7 @@ class SdoServer:
         if self._node.state is NmtState.STOPPED and not self._faults.sdo_answers_in_stopped:
             return
         if len(data) < 8:
+            self._hung = self._hung or "hangs-after-short" in self._habits
             if not self._faults.sdo_answers_short_requests:
                 return
             data = data.ljust(8, b"\0")
