@@ -89,9 +89,19 @@ class MappingPort(TpdoPort):
         return self._try(0, DataType.UNSIGNED8, count)
 
     def words(self) -> list[int]:
-        """Return the mapping words that count; for set-up."""
-        count = self._node.number(self.mapping_index, 0)
-        return [self._node.number(self.mapping_index, place) for place in range(1, count + 1)]
+        """Return the mapping words that count, of the places there are; for set-up."""
+        places = range(1, self._node.number(self.mapping_index, 0) + 1)
+        return [
+            self._node.number(self.mapping_index, place)
+            for place in places
+            if self._is_there(place)
+        ]
+
+    def _is_there(self, place: int) -> bool:
+        entry = self._node.spec.entry(self.mapping_index, place)
+        if entry is None or not entry.optional:
+            return entry is not None
+        return not self._node.sdo.upload(*entry.key).refused
 
     def try_cob_id(self, word: int) -> Transfer:
         """Write the COB-ID."""
