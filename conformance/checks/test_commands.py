@@ -30,7 +30,8 @@ from conformance.spec.model import DeviceSpec, Entry, OtherBehaviours
 from conformance.verdict import Verdict
 from conformance.wire.nmt import NmtCommand
 
-TILT_SHARES = (0.25, 0.6, -0.6)
+TILT_SHARES = (-0.25, 0.25, 0.6)
+"""Apart by less than half of the range, so that a slope with the offset from one does not end at another."""
 
 
 @dataclass(frozen=True, slots=True)
