@@ -71,6 +71,23 @@ def readable_signatures(name: str) -> Cases:
     return generate
 
 
+def documented_signatures(name: str) -> Cases:
+    """Return those cases whose value every reading of the manual tells."""
+
+    def generate(spec: DeviceSpec) -> Iterable[Case]:
+        for case in readable_signatures(name)(spec):
+            entry: Entry = case.subject
+            if all(isinstance(reading.default, int) for reading in entry.readings):
+                yield Case(case.label, entry, entry.source_of("default"))
+
+    return generate
+
+
+def answers(entry: Entry) -> list[int]:
+    """Return the values that the readings have an entry answer with."""
+    return list(dict.fromkeys(it.default for it in entry.readings if isinstance(it.default, int)))
+
+
 def widest_restore(spec: DeviceSpec) -> int:
     """Return the sub-index of restore that acts on the most objects.
 

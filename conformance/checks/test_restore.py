@@ -176,3 +176,11 @@ def test_restored_defaults_that_are_stored_last(
     kept.judge_defaults(
         verdict, "settings after another power cycle", node.spec, sub, outcome.lasting or {}
     )
+
+
+@requirement("RST-12", level="manual", cases=("entry", storable.documented_signatures("restore")))
+def test_restore_reads_as_documented(node: Node, entry: Entry, verdict: Verdict) -> None:
+    """What restores defaults reads as the manual has it."""
+    value = node.number(*entry.key)
+
+    verdict.one_of(f"value of {entry.address}", value, storable.answers(entry))

@@ -151,3 +151,11 @@ def test_wrong_signature_stores_nothing(
 def test_store_tells_that_it_stores_on_command(node: Node, entry: Entry, verdict: Verdict) -> None:
     """What can be stored by a signature says so when it is read: bit 0 is set."""
     kept.judge_on_command(verdict, node, entry)
+
+
+@requirement("STO-10", level="manual", cases=("entry", storable.documented_signatures("store")))
+def test_store_reads_as_documented(node: Node, entry: Entry, verdict: Verdict) -> None:
+    """What stores parameters reads as the manual has it."""
+    value = node.number(*entry.key)
+
+    verdict.one_of(f"value of {entry.address}", value, storable.answers(entry))

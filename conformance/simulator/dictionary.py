@@ -125,6 +125,8 @@ class ObjectDictionary:
             if self._reads_as_zero(key):
                 return bytes(4)
             raise self._absent(key)
+        if entry.optional and self._faults.optional_entries_abort:
+            raise SdoAbortError(AbortCode.DEVICE_STATE)
         if entry.access == "wo" and not self._faults.reads_write_only:
             raise SdoAbortError(AbortCode.READ_OF_WRITE_ONLY)
         if entry.reads == "in-force" and key in self._in_force:

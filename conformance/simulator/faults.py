@@ -188,6 +188,10 @@ class Faults(BaseModel):
     reads_write_only: bool = False
     unknown_object_reads_zero: bool = False
     unknown_sub_reads_zero: bool = False
+    optional_entries_abort: bool = Field(
+        default=False,
+        description="Entries that may be missing are listed, and an upload aborts with 0800 0022h.",
+    )
     wrong_defaults: dict[Address, int] = Field(
         default={}, description="Integer entries and the value they have instead of the default."
     )

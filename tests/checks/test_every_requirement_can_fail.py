@@ -1,7 +1,7 @@
 """Each requirement is seen failing on a device with a defect of its kind; none is dead.
 
 ``defects/`` has a file per service: the requirement's id, and the fault that makes it fail on the
-two-axis IMS360, or ``{fault: …, device: …, variant: …}`` where another device shows it. ``elsewhere``
+two-axis IMS360, or ``{fault: …, device: …, variant: …, reading: …}`` where another device shows it. ``elsewhere``
 stands for a requirement that `test_seeded_defects.py` sees failing on a changed spec.
 """
 
@@ -33,7 +33,12 @@ def test_requirement_fails_on_its_defect(requirement: str, judge: Callable[..., 
     defect = FAULTS[requirement]
     if isinstance(defect, str):
         defect = {"fault": defect, "device": "siko_ims360", "variant": "two-axis"}
-    variant = ["--variant", defect["variant"]] if "variant" in defect else []
+    more = [
+        text
+        for key in ("variant", "reading")
+        if key in defect
+        for text in (f"--{key}", defect[key])
+    ]
 
     finished = judge(
         "--fault",
@@ -41,7 +46,7 @@ def test_requirement_fails_on_its_defect(requirement: str, judge: Callable[..., 
         "--select",
         requirement,
         "--strict",
-        *variant,
+        *more,
         device=defect["device"],
     )
 

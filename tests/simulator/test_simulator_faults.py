@@ -49,6 +49,7 @@ OTHERS = {
     "node-id-alias-stale",
     "own-cob-ids-stay",
     "pair-needs-one",
+    "optional-objects-half-done",
     "reset-command-ignored",
     "sdo-cob-id-stays",
     "sdo-takes-any-block-size",

@@ -36,6 +36,14 @@ def test_a_command_to_restart_can_be_ignored(wire: Callable[..., Any]) -> None:
     assert ignored == ["5B2#6010200100000000"]
 
 
+def test_an_optional_object_can_be_listed_and_not_be_read(wire: Callable[..., Any]) -> None:
+    request = "632#4003100900000000"
+    held = wire("siko_ims360").run(1.0, request)
+    half = wire("siko_ims360", faults=load_faults(["optional-objects-half-done"])).run(1.0, request)
+    assert held == ["5B2#4303100900000000"]
+    assert half == ["5B2#8003100922000008"]
+
+
 @pytest.mark.parametrize(
     ("options", "data"),
     [

@@ -1,0 +1,174 @@
+"""Object dictionary where a manual leaves something open: the device follows one of its readings.
+
+CiA 301 v4.2.0, 7.2.4.3.17 (abort codes), 7.4 (object dictionary).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from conformance.bench.node import Node
+from conformance.bench.second_values import is_cob_id
+from conformance.checks import cases
+from conformance.checks.steps import make_writable, own_value, require_writable
+from conformance.errors import SetupRefused
+from conformance.requirements import Case, Cases, requirement
+from conformance.spec.model import DeviceSpec, Entry, is_legal
+from conformance.verdict import Verdict
+from conformance.wire.abort import AbortCode, describe
+
+MISSING = (AbortCode.OBJECT_DOES_NOT_EXIST, AbortCode.SUB_INDEX_DOES_NOT_EXIST)
+
+
+def _disputed(which: Callable[[Entry, DeviceSpec], bool], attribute: str) -> tuple[str, Cases]:
+    """Return cases for every entry that ``which`` picks by one reading and not by another."""
+
+    def generate(spec: DeviceSpec) -> Iterable[Case]:
+        for entry in spec.entries.values():
+            picked = {which(reading, spec) for reading in entry.readings}
+            if picked == {True, False}:
+                source = entry.source_of(attribute)
+                yield Case(entry.address, entry, source, cases.reach(entry, spec))
+
+    return "entry", generate
+
+
+def _follow(verdict: Verdict, entry: Entry, agrees: Callable[[Entry], bool]) -> None:
+    """Note the first reading that agrees with what was seen, unless it is the judged one."""
+    if agrees(entry):
+        return
+    for other in entry.alternatives:
+        if agrees(other.entry):
+            verdict.follows(other.ambiguity, other.reading)
+            return
+
+
+def _optional(spec: DeviceSpec) -> Iterable[Case]:
+    for entry in spec.entries.values():
+        if entry.optional and not entry.reserved:
+            yield Case(entry.address, entry, entry.source)
+
+
+@requirement("OD-19", level="manual", cases=("entry", _optional))
+def test_optional_entry_is_there_or_not(node: Node, entry: Entry, verdict: Verdict) -> None:
+    """An entry whose existence the manual leaves open answers an upload, or does not exist."""
+    transfer = node.sdo.upload(*entry.key)
+
+    codes = (*MISSING, *(cases.REFUSED_READ if entry.access == "wo" else ()))
+    verdict.holds(
+        f"upload of {entry.address}",
+        expected=f"a value or {' or '.join(describe(code) for code in codes)}",
+        actual=str(transfer),
+        ok=transfer.confirmed or transfer.abort in codes,
+    )
+
+
+def _read(entry: Entry, spec: DeviceSpec) -> bool:
+    del spec
+    return entry.readable
+
+
+@requirement("OD-20", level="manual", cases=_disputed(_read, "access"))
+def test_entry_of_disputed_access_is_read_or_refused(
+    node: Node, entry: Entry, verdict: Verdict
+) -> None:
+    """An entry that is write-only or reserved by some readings is uploaded, or refused as such."""
+    transfer = node.sdo.upload(*entry.key)
+    if transfer.abort in MISSING:
+        raise SetupRefused(f"{entry.address} does not exist, see OD-01")
+
+    codes = " or ".join(describe(code) for code in cases.REFUSED_READ)
+    verdict.holds(
+        f"upload of {entry.address}",
+        expected=f"a value or {codes}",
+        actual=str(transfer),
+        ok=transfer.confirmed or transfer.abort in cases.REFUSED_READ,
+    )
+    _follow(verdict, entry, lambda it: it.readable == transfer.confirmed)
+
+
+def _write_cases(spec: DeviceSpec) -> Iterable[Case]:
+    _, generate = _disputed(cases.writable, "access")
+    for case in generate(spec):
+        entry: Entry = case.subject
+        ways = (cases.writable(it, spec) or cases.read_only(it, spec) for it in entry.readings)
+        if all(ways) and not cases.is_mapping(entry, spec):  # a fixed mapping is judged by itself
+            yield case
+
+
+@requirement("OD-21", level="manual", cases=("entry", _write_cases), effects=("reads", "writes"))
+def test_entry_of_disputed_access_is_written_or_refused(
+    node: Node, entry: Entry, verdict: Verdict
+) -> None:
+    """An entry that is read-only by some readings takes its own value, or refuses it as such."""
+    data = own_value(node, entry)
+    make_writable(node, entry)
+
+    transfer = node.try_download(*entry.key, data)
+
+    codes = " or ".join(describe(code) for code in cases.REFUSED_WRITE)
+    verdict.holds(
+        f"download of its own value to {entry.address}",
+        expected=f"confirmed or {codes}",
+        actual=str(transfer),
+        ok=transfer.confirmed or transfer.abort in cases.REFUSED_WRITE,
+    )
+    _follow(verdict, entry, lambda it: it.writable == transfer.confirmed)
+
+
+def _value_cases(spec: DeviceSpec) -> Iterable[Case]:
+    """Values of settings alone: what others count on, or what moves the node, has its own rules."""
+    heartbeat = spec.services.heartbeat_producer
+    for entry in spec.entries.values():
+        plain = all(
+            cases.limited(it, spec) and it.limits_by is None and it.reads == "written"
+            for it in entry.readings
+        )
+        of_service = (
+            cases.is_pdo_object(entry, spec)
+            or is_cob_id(entry, spec)
+            or cases.moves_the_node(entry, spec)
+            or (heartbeat is not None and entry.index == heartbeat.object)
+        )
+        if plain and not of_service and _disputed_values(entry):
+            yield Case(entry.address, entry, entry.source, cases.reach(entry, spec))
+
+
+def _disputed_values(entry: Entry) -> list[int]:
+    """Return the edges of what one reading allows and another does not."""
+    edges = {edge for it in entry.readings for interval in it.legal or () for edge in interval}
+    near = {value for edge in edges for value in (edge - 1, edge, edge + 1)}
+    low, high = entry.type.minimum, entry.type.maximum
+    return sorted(
+        value
+        for value in near
+        if low <= value <= high
+        and value not in entry.leaves_canopen
+        and len({is_legal(value, it.legal) for it in entry.readings}) > 1
+    )
+
+
+@requirement("OD-22", level="manual", cases=("entry", _value_cases), effects=("reads", "writes"))
+def test_disputed_value_is_taken_or_refused(node: Node, entry: Entry, verdict: Verdict) -> None:
+    """A value that only some readings allow is taken and read back, or refused as out of range."""
+    require_writable(node, entry)
+    codes = " or ".join(describe(code) for code in cases.OUT_OF_RANGE)
+    taken: dict[int, bool] = {}
+
+    for value in _disputed_values(entry):
+        transfer = node.try_download(*entry.key, entry.type.encode(value))
+        taken[value] = transfer.confirmed
+        verdict.holds(
+            f"download of {value} to {entry.address}",
+            expected=f"confirmed or {codes}",
+            actual=str(transfer),
+            ok=transfer.confirmed or transfer.abort in cases.OUT_OF_RANGE,
+        )
+        if transfer.confirmed and all(it.readable for it in entry.readings):
+            verdict.equal(f"value of {entry.address}", node.number(*entry.key), value)
+
+    _follow(
+        verdict,
+        entry,
+        lambda it: all(is_legal(value, it.legal) == taken[value] for value in taken),
+    )
