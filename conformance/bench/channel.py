@@ -97,7 +97,7 @@ class SdoChannel:
         return not _fits(self._request, data)
 
     def begin(self) -> None:
-        """Start anew after the link forgot its frames."""
+        """Start anew: after the link forgot its frames, or after what came was judged otherwise."""
         self._mark = self._link.mark()
 
     def settle(self) -> None:
@@ -118,12 +118,19 @@ _ANSWERED_BY = {0: 1, 1: 3, 2: 2, 3: 0}
 _INITIATES = (1, 2)
 _BLOCKS = (5, 6)
 _ABORT = 4
+_NAMES_OBJECT = 4
+"""Octets of the shortest frame that names an object."""
 
 
 def _fits(request: bytes, response: bytes) -> bool:
-    """Tell whether a response can be meant for a request: its kind, and the object it names."""
-    if not request or not response:
+    """Tell whether a response can be meant for a request: its kind, and the object it names.
+
+    Nothing can be told by a request too short for that.
+    """
+    if not response:
         return False
+    if len(request) < _NAMES_OBJECT:
+        return True
     asked, answered = request[0] >> 5, response[0] >> 5
     same_object = request[1:4] == response[1:4]
     if asked in _INITIATES:

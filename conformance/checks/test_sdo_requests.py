@@ -106,6 +106,7 @@ def test_only_a_data_frame_with_11_bits_is_a_request(
     node.link.listen(QUIET_S, node.channel.is_response)
 
     verdict.equal("responses", len(node.link.since(mark, node.channel.is_response)), 0)
+    node.channel.begin()
     require_alive(node)
 
 
