@@ -22,12 +22,13 @@ def groups_of(service: Store, indices: set[int]) -> list[int]:
     return chosen
 
 
-def writes_memory(spec: DeviceSpec, key: Key) -> bool:
-    """Tell whether a download may write the non-volatile memory, by any reading."""
-    return any(key in _kept_by_themselves(spec, it) for it, _ in spec.services_readings) or any(
-        service is not None and service.object == key[0]
-        for service in (spec.services.store, spec.services.restore)
-    )
+def memory_keys(spec: DeviceSpec) -> frozenset[Key]:
+    """Return the entries by which a download may write the non-volatile memory, by any reading."""
+    keys = {key for it, _ in spec.services_readings for key in _kept_by_themselves(spec, it)}
+    for service in (spec.services.store, spec.services.restore):
+        if service is not None:
+            keys |= {entry.key for entry in spec.subs(service.object)}
+    return frozenset(keys)
 
 
 def _kept_by_themselves(spec: DeviceSpec, services: Services) -> Iterator[Key]:

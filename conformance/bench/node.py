@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from functools import partial
 
 from conformance.bench.channel import SdoChannel
-from conformance.bench.keeping import groups_of, writes_memory
+from conformance.bench.keeping import groups_of, memory_keys
 from conformance.bench.link import Link, Stamped
 from conformance.bench.offsets import offset_steps
 from conformance.bench.sdo import SdoPort, Transfer
@@ -60,6 +60,7 @@ class Node:
         self._settled_s = 0.0
         self.was_reset = False
         self.non_volatile_writes = 0
+        self._memory_keys = memory_keys(spec)
 
     @property
     def node_id(self) -> int:
@@ -160,7 +161,7 @@ class Node:
 
     def _note_write(self, index: int, sub: int) -> None:
         """Count writes of the non-volatile memory; note until when the node must not be reset."""
-        self.non_volatile_writes += writes_memory(self.spec, (index, sub))
+        self.non_volatile_writes += (index, sub) in self._memory_keys
         for service in (self.spec.services.store, self.spec.services.restore):
             if service is not None and service.object == index:
                 self._settled_s = self.link.now() + service.settle_ms / 1000

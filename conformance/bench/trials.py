@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -36,11 +36,11 @@ class Refused:
     """What became of wrong signatures.
 
     Args:
-        answers: By signature.
+        answers: By sub-index and signature.
         kept: What became of the settings over the reset after them.
     """
 
-    answers: Mapping[bytes, Transfer]
+    answers: Mapping[int, Mapping[bytes, Transfer]]
     kept: Kept
 
 
@@ -101,11 +101,16 @@ def observe_reset_communication(node: Node) -> Kept:
         return Kept(settings.found, chosen, settings.read())
 
 
-def observe_wrong_signatures(node: Node, service: Store, sub: int, *, save: bool) -> Refused:
+def observe_wrong_signatures(
+    node: Node, service: Store, subs: Iterable[int], *, save: bool
+) -> Refused:
     """Write wrong signatures with changed settings, reset the node, and see what they did."""
     with changed_settings(node, save=save, default_will_do=not save) as (settings, chosen):
         answers = {
-            wrong: node.write(service.object, sub, wrong) for wrong in wrong_signatures(service)
+            sub: {
+                wrong: node.write(service.object, sub, wrong) for wrong in wrong_signatures(service)
+            }
+            for sub in subs
         }
         node.reset()
         return Refused(answers, Kept(settings.found, chosen, settings.read()))

@@ -50,13 +50,22 @@ def kept(bench: Bench, node: Node, verdict: Verdict, *, save: bool, power: bool)
 def wrong_signatures(
     bench: Bench, node: Node, verdict: Verdict, service: Store | None, sub: int
 ) -> Refused:
-    """Return what became of wrong signatures; those of restore are tried on stored settings."""
+    """Return what became of wrong signatures; those of restore are tried on stored settings.
+
+    All sub-indices are tried together, and each by itself only where a setting did not stay.
+    """
     if service is None:
         raise SetupRefused("the manual documents no such service")
     save = service == node.spec.services.restore
-    observe = partial(observe_wrong_signatures, node, service, sub, save=save)
-    name = f"wrong signatures at {address(service.object, sub)}"
-    seen = bench.observations.once(name, Refused, observe)
+    keys = [case.subject.key for case in storable.stored_settings(node.spec)]
+    for subs in (tuple(service.groups), (sub,)):
+        observe = partial(observe_wrong_signatures, node, service, subs, save=save)
+        name = f"wrong signatures at {address(service.object)}, {subs}"
+        seen = bench.observations.once(name, Refused, observe)
+        outcome = seen.outcome.kept
+        held = outcome.chosen if save else outcome.found
+        if all(outcome.after[key] == held[key] for key in keys if key in held):
+            break
     verdict.shown_in(seen.first, seen.last)
     return seen.outcome
 
@@ -113,21 +122,21 @@ def require_confirmed(outcome: Restored) -> None:
         raise SetupRefused(f"restore is not confirmed ({outcome.answer}), see RST-05")
 
 
-def judge_refused(verdict: Verdict, outcome: Refused) -> None:
+def judge_refused(verdict: Verdict, outcome: Refused, sub: int) -> None:
     """Judge that each wrong signature was refused."""
-    for wrong, answer in outcome.answers.items():
+    for wrong, answer in outcome.answers[sub].items():
         verdict.holds(
             f"answer to {wrong!r}", expected="an abort", actual=str(answer), ok=answer.refused
         )
 
 
-def judge_abort_codes(verdict: Verdict, outcome: Refused, refusal: str) -> None:
+def judge_abort_codes(verdict: Verdict, outcome: Refused, sub: int, refusal: str) -> None:
     """Judge with which codes wrong signatures were refused; ``refusal`` judges that they were.
 
     Raises:
         SetupRefused: None was.
     """
-    codes = {wrong: answer.abort for wrong, answer in outcome.answers.items()}
+    codes = {wrong: answer.abort for wrong, answer in outcome.answers[sub].items()}
     if not any(codes.values()):
         raise SetupRefused(f"no wrong signature is refused, see {refusal}")
     for wrong, code in codes.items():

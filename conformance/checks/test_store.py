@@ -108,7 +108,7 @@ def test_wrong_signature_is_refused(bench: Bench, node: Node, sub: int, verdict:
     """Any other signature than the documented one is refused."""
     outcome = kept.wrong_signatures(bench, node, verdict, node.spec.services.store, sub)
 
-    kept.judge_refused(verdict, outcome)
+    kept.judge_refused(verdict, outcome, sub)
 
 
 @requirement(
@@ -124,7 +124,7 @@ def test_wrong_signature_has_its_abort_code(
     """The abort of a wrong signature says that the data cannot be stored: 0800 002xh."""
     outcome = kept.wrong_signatures(bench, node, verdict, node.spec.services.store, sub)
 
-    kept.judge_abort_codes(verdict, outcome, "STO-06")
+    kept.judge_abort_codes(verdict, outcome, sub, "STO-06")
 
 
 @requirement(
