@@ -91,7 +91,9 @@ def _unsaved(spec: DeviceSpec) -> Iterable[Case]:
             services.store is None for services, _ in spec.services_readings
         )
         areas = {key[0] in COMMUNICATION for key in spec.companions(entry.key)}
-        if can_be_set(entry, spec) and not stays and len(areas) == 1:
+        others = [spec.entry(*condition.key) for condition in entry.writable_while]
+        settled = all(other is not None and not other.optional for other in others)
+        if can_be_set(entry, spec) and settled and not stays and len(areas) == 1:
             yield Case(entry.address, entry, spec.services.nmt.source)
 
 
