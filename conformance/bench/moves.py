@@ -122,6 +122,22 @@ def observe_illegal(reach: Reach, node: Node, move: Move, values: Iterable[bytes
     return home
 
 
+def observe_refused(
+    reach: Reach, node: Node, key: Key, values: Iterable[bytes]
+) -> dict[bytes, tuple[bytes, bytes]]:
+    """Write values that lead nowhere, and return what the object held before and after each."""
+    reach.begin(node)
+    seen: dict[bytes, tuple[bytes, bytes]] = {}
+    try:
+        for data in values:
+            before = node.upload(*key)
+            node.write(*key, data)
+            seen[data] = before, node.upload(*key)
+    finally:
+        reach.bring_home(node)
+    return seen
+
+
 def _restarted(reach: Reach, node: Node, move: Move, step: Step) -> bool:
     if step == "store":
         try:

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import partial
 
-from conformance.bench.moves import Move, Moved, observe_aliases, observe_illegal, observe_move
+from conformance.bench.moves import (
+    Move,
+    Moved,
+    observe_aliases,
+    observe_illegal,
+    observe_move,
+    observe_refused,
+)
 from conformance.bench.node import Node
 from conformance.bench.reach import AT_ONCE_S, Place
 from conformance.bench.sdo import Transfer
@@ -18,7 +25,7 @@ from conformance.checks.moving import (
     place_at_once,
     steps,
 )
-from conformance.spec.model import Entry, OtherBehaviours, address
+from conformance.spec.model import Entry, OtherBehaviours, address, is_legal
 from conformance.verdict import Verdict
 
 
@@ -118,6 +125,27 @@ def judge_stays(
             actual=str(bench.reach.home) if stays else "another",
             ok=stays,
         )
+
+
+def judge_object_stays(
+    bench: Bench, node: Node, verdict: Verdict, change: Change, values: list[int]
+) -> None:
+    """Judge that an object holds what it held after values were written that it must not take.
+
+    What only some readings allow may be taken as well.
+    """
+    entry = node.spec.entries[change.keys[0]]
+
+    seen = observe_refused(bench.reach, node, entry.key, map(entry.type.encode, values))
+
+    for data, outcome in seen.items():
+        value, before, after = (int(entry.type.decode(it)) for it in (data, *outcome))
+        legal = is_legal(value, entry.legal)
+        expected = [before, value] if legal else [before]
+        verdict.one_of(f"{entry.address} after {value} was written", after, expected)
+        for other in entry.alternatives if legal and after == before else ():
+            if not is_legal(value, other.entry.legal):
+                verdict.follows(other.ambiguity, other.reading)
 
 
 def judge_aliases(bench: Bench, node: Node, verdict: Verdict, name: str, change: Change) -> None:

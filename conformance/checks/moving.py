@@ -148,6 +148,15 @@ def useless(change: Change, spec: DeviceSpec) -> list[int]:
     return [value for value in tried if not is_legal(value, entry.legal)]
 
 
+def disputed(change: Change, spec: DeviceSpec) -> list[int]:
+    """Return values that the judged reading allows and another one does not, and that have to wait."""
+    entry = spec.entries[change.keys[0]]
+    services = (getattr(services, change.setting) for services, _ in spec.services_readings)
+    if any(service is not None and service.effective == "at-once" for service in services):
+        return []
+    return [value for value in entry.values or () if not entry.always_legal(value)]
+
+
 # Where each reading leads
 
 

@@ -60,3 +60,13 @@ def test_objects_show_the_same_bit_rate(
     name, change = alias
 
     moved.judge_aliases(bench, node, verdict, name, change)
+
+
+@requirement("BIT-07", level="manual", cases=("change", moving.one_bit_rate), effects=EFFECTS)
+def test_object_keeps_its_bit_rate(
+    bench: Bench, node: Node, change: Change, verdict: Verdict
+) -> None:
+    """A value that stands for no documented bit rate leaves the object as it was."""
+    values = [*moving.useless(change, node.spec), *moving.disputed(change, node.spec)]
+
+    moved.judge_object_stays(bench, node, verdict, change, values)

@@ -148,5 +148,13 @@ def test_boot_up_has_the_new_node_id(
     verdict.equal("identifiers of boot-up messages", outcome.boot_ups, expected, show=_list)
 
 
+@requirement("NID-10", level="manual", cases=("change", moving.node_ids), effects=EFFECTS)
+def test_object_keeps_its_node_id(
+    bench: Bench, node: Node, change: Change, verdict: Verdict
+) -> None:
+    """A value outside the documented node-IDs leaves the object as it was."""
+    moved.judge_object_stays(bench, node, verdict, change, moving.useless(change, node.spec))
+
+
 def _list(can_ids: tuple[int, ...]) -> str:
     return ", ".join(f"{can_id:03X}h" for can_id in can_ids)

@@ -288,6 +288,10 @@ class Faults(BaseModel):
 
     store_refused: bool = Field(default=False, description="Aborts 'save'.")
     restore_refused: bool = Field(default=False, description="Aborts 'load'.")
+    store_spoils: bool = Field(
+        default=False,
+        description="The last bit of a number that is stored and no default is turned round.",
+    )
     stores_at_once: bool = Field(default=False, description="Keeps every download for good.")
     store_lost_at_power_off: bool = Field(
         default=False, description="What was stored lasts until the supply is switched off."
@@ -313,6 +317,9 @@ class Faults(BaseModel):
     )
     bitrate_takes_any: bool = Field(
         default=False, description="Takes a value beside the table for the table's first."
+    )
+    holds_useless_places: bool = Field(
+        default=False, description="Confirms and holds what is no node-ID or no bit rate."
     )
     pair_needs_one: bool = Field(
         default=False, description="A new value in one object of a pair is enough."
@@ -423,6 +430,9 @@ class Faults(BaseModel):
     )
     history_takes_any: bool = Field(
         default=False, description="Confirms any value for 1003h:00, clears by 0 alone."
+    )
+    history_codes_lost: bool = Field(
+        default=False, description="A start leaves the number of the errors and no codes."
     )
     history_unused_erased: bool = Field(
         default=False, description="Unused places of the history read as FFFF FFFFh."

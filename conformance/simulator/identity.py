@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Final
 
+from conformance.simulator.dictionary import ObjectDictionary
 from conformance.simulator.memory import NonVolatileMemory
 from conformance.simulator.node import Node
 from conformance.spec.behaviours import Paired
@@ -125,6 +127,7 @@ def observe_identity(
     use_bitrate: Callable[[int], None],
 ) -> None:
     """Let downloads to the node-ID and bit rate objects take effect when the spec says."""
+    _drop_useless(node, spec)
     _take_anything(node, spec)
     for service, use, moment in (
         (spec.services.node_id, use_node_id, node.faults.node_id_change),
@@ -138,6 +141,27 @@ def observe_identity(
             at_once = "at-once" in (moment, service.effective)
             act = _switch(node, entry, use) if at_once else _remember_at(memory, entry)
             node.dictionary.observers[entry.key].append(act)
+
+
+def _drop_useless(node: Node, spec: DeviceSpec) -> None:
+    """Keep the present value where one was confirmed that stands for nothing."""
+    for service, is_usable in (
+        (spec.services.node_id, usable_node_id),
+        (spec.services.bitrate, usable_bitrate),
+    ):
+        for entry in holders(spec, service):
+            if node.faults.holds_useless_places:
+                node.dictionary.ranges[entry.key] = None
+            else:
+                drop = partial(_usable, node.dictionary, entry, is_usable)
+                node.dictionary.adjusts[entry.key] = drop
+
+
+def _usable(
+    dictionary: ObjectDictionary, entry: Entry, is_usable: Callable[[int], bool], value: Value
+) -> Value:
+    usable = is_usable(bits_per_second(entry, int(value)))
+    return value if usable else dictionary.number(*entry.key)
 
 
 def _take_anything(node: Node, spec: DeviceSpec) -> None:
