@@ -10,10 +10,11 @@ from conformance.effects import Effect
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, Cases
 from conformance.spec.document import Services, Store
-from conformance.spec.model import DeviceSpec, Entry, address
+from conformance.spec.model import Alternative, DeviceSpec, Entry, OtherServices, address
 
 STORES: tuple[Effect, ...] = ("reads", "writes", "resets", "non-volatile")
 RESTORES: tuple[Effect, ...] = (*STORES, "restores")
+Other = Alternative | OtherServices
 
 
 def stored_settings(spec: DeviceSpec) -> Iterable[Case]:
@@ -22,6 +23,24 @@ def stored_settings(spec: DeviceSpec) -> Iterable[Case]:
         documented = all(reading.persistent for reading in entry.readings)
         if documented and can_be_set(entry, spec) and _always_in(spec, "store", None, entry):
             yield Case(entry.address, entry, entry.source_of("persistent"))
+
+
+def disputed_settings(spec: DeviceSpec) -> Iterable[Case]:
+    """Return every setting that a store keeps by some readings alone."""
+    for entry in spec.entries.values():
+        if can_be_set(entry, spec) and {kept for kept, _ in keeping(spec, entry)} == {True, False}:
+            yield Case(entry.address, entry, entry.source_of("persistent"))
+
+
+def keeping(spec: DeviceSpec, entry: Entry) -> Iterator[tuple[bool, Other | None]]:
+    """Return whether a store keeps a setting, as judged and by every reading that says otherwise."""
+    stored = _is_in(spec.services, "store", None, entry)
+    yield stored and entry.persistent is not False, None
+    for alternative in entry.alternatives:
+        yield stored and alternative.entry.persistent is not False, alternative
+    for other in spec.other_services:
+        covered = _is_in(other.services, "store", None, entry)
+        yield covered and entry.persistent is not False, other
 
 
 def restored_settings(spec: DeviceSpec) -> Iterable[Case]:

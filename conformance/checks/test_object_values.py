@@ -5,6 +5,8 @@ CiA 301 v4.2.0, 7.2.4.3.17 (abort codes), 7.4 (object dictionary).
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
 from conformance.checks import cases, kept, storable
@@ -12,7 +14,7 @@ from conformance.checks.cases import entries
 from conformance.checks.moved import tried
 from conformance.checks.steps import agree, each_limit, own_value, require_writable
 from conformance.errors import SetupRefused
-from conformance.requirements import CIA301, requirement
+from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, Entry
 from conformance.verdict import Verdict
 from conformance.wire.abort import describe
@@ -30,10 +32,19 @@ def test_fixed_entry_holds_its_documented_value(node: Node, entry: Entry, verdic
     _judge_value(entry, data, verdict)
 
 
+def _factory_settings(spec: DeviceSpec) -> Iterable[Case]:
+    """Return the settings with a default; where a reading leaves it open, those with documented bits."""
+    for entry in spec.entries.values():
+        settings = all(cases.readable(it, spec) and it.kind == "config" for it in entry.readings)
+        known = {reading.default is not None for reading in entry.readings}
+        if settings and (known == {True} or (True in known and entry.bits)):
+            yield Case(entry.address, entry, entry.source_of("default"), cases.reach(entry, spec))
+
+
 @requirement(
     "OD-10",
     level="manual",
-    cases=entries(cases.configured, "default"),
+    cases=("entry", _factory_settings),
     effects=storable.RESTORES,
 )
 def test_setting_has_its_default_after_restore(
@@ -49,9 +60,12 @@ def _judge_value(entry: Entry, data: bytes, verdict: Verdict) -> None:
     agreeing = [
         number
         for number, reading in enumerate(entry.readings)
-        if _decoded(reading, data) == reading.default_value
+        if _agrees(reading, _decoded(reading, data))
     ]
-    wanted = dict.fromkeys(_show(reading, reading.default_value) for reading in entry.readings)
+    wanted = dict.fromkeys(
+        "documented bits alone" if it.default is None else _show(it, it.default_value)
+        for it in entry.readings
+    )
     shown = _decoded(entry, data)
     verdict.holds(
         f"value of {entry.address}",
@@ -62,6 +76,14 @@ def _judge_value(entry: Entry, data: bytes, verdict: Verdict) -> None:
     if agreeing and agreeing[0] > 0:
         alternative = entry.alternatives[agreeing[0] - 1]
         verdict.follows(alternative.ambiguity, alternative.reading)
+
+
+def _agrees(entry: Entry, value: Value | None) -> bool:
+    """Tell whether a value is the default, or has documented bits alone where that is left open."""
+    if entry.default is not None:
+        return value == entry.default_value
+    mask = sum(1 << bit for bit in entry.bits or ())
+    return isinstance(value, int) and not value & ~mask
 
 
 def _decoded(entry: Entry, data: bytes) -> Value | None:

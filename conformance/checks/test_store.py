@@ -159,3 +159,25 @@ def test_store_reads_as_documented(node: Node, entry: Entry, verdict: Verdict) -
     value = node.number(*entry.key)
 
     verdict.one_of(f"value of {entry.address}", value, storable.answers(entry))
+
+
+@requirement(
+    "STO-13", level="manual", cases=("entry", storable.disputed_settings), effects=storable.STORES
+)
+def test_setting_of_disputed_store_is_kept_or_not(
+    bench: Bench, node: Node, entry: Entry, verdict: Verdict
+) -> None:
+    """A setting that a store keeps by some readings alone holds its value after a reset, or its former one."""
+    outcome = kept.kept(bench, node, verdict, save=True, power=False)
+
+    kept.require_changed(entry, outcome)
+
+    after, chosen = outcome.after[entry.key], outcome.chosen[entry.key]
+    verdict.one_of(
+        f"value of {entry.address}", after, [chosen, outcome.found[entry.key]], show=bytes.hex
+    )
+    for kept_by_it, other in storable.keeping(node.spec, entry):
+        if kept_by_it == (after == chosen):
+            if other is not None:
+                verdict.follows(other.ambiguity, other.reading)
+            break

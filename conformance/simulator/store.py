@@ -74,10 +74,13 @@ class ParameterStore:
             value = dictionary.value(key)
             is_default = value == dictionary.default(key) or key in self._defaults_at_save
             if not (is_default and self._node.faults.store_skips_defaults):
-                kept[key] = None if is_default else value
+                kept[key] = None if is_default else self._spoilt(value)
             self._defaults_at_save.discard(key)
             dictionary.stored(key)
         self._settle(service, partial(self._memory.keep, kept))
+
+    def _spoilt(self, value: Value) -> Value:
+        return value ^ 1 if self._node.faults.store_spoils and isinstance(value, int) else value
 
     def _restore(self, service: Store, sub: int) -> None:
         if self._node.faults.restore_forgets:
