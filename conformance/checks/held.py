@@ -10,6 +10,7 @@ from conformance.errors import SetupRefused
 from conformance.spec.model import DeviceSpec, Entry
 from conformance.verdict import Verdict
 from conformance.wire.datatypes import Value
+from conformance.wire.errors import WireError
 from conformance.wire.pdo import unpack
 
 SAMPLES = 5
@@ -44,11 +45,19 @@ class Held:
 
 def held(node: Node, entry: Entry) -> Held:
     """Watch an entry; a measured value may move on by as much as it was seen to, and a little."""
-    values = [_as_number(node.value(entry.index, entry.sub)) for _ in range(SAMPLES)]
+    values = [_as_number(_read(node, entry)) for _ in range(SAMPLES)]
     low, high = min(values), max(values)
     step = 1 if entry.type.is_integer else max(abs(low), abs(high)) / 100
     margin = high - low + NOISE * step if entry.kind == "live" else 0
     return Held(entry, low - margin, high + margin)
+
+
+def _read(node: Node, entry: Entry) -> Value:
+    """Return what the node holds as a value of the entry's type, which may be that of a reading."""
+    try:
+        return entry.type.decode(node.upload(*entry.key))
+    except WireError as error:
+        raise SetupRefused(f"{entry.address}: {error}, see OD-03") from error
 
 
 def judge_content(spec: DeviceSpec, verdict: Verdict, data: bytes, mapped: Sequence[Held]) -> None:

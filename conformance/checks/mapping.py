@@ -185,12 +185,21 @@ def refusal(node: Node, port: MappingPort, words: Sequence[int], count: int | No
     """
     port.open()
     step = port.offer(words, count)[-1]
-    if not step.answer.answered:
-        raise NodeTimeout(f"{step.what}: {step.answer}")
+    require_answered(step)
     if step.counts:
         node.download(port.mapping_index, 0, 0)
     node.download(port.mapping_index, 1, word_of(by_size(node.spec)[-1]))
     return step
+
+
+def require_answered(step: Step) -> None:
+    """Make sure that a step was answered at all.
+
+    Raises:
+        NodeTimeout: It was not.
+    """
+    if not step.answer.answered:
+        raise NodeTimeout(f"{step.what}: {step.answer}")
 
 
 def require_confirmed(steps: Sequence[Step]) -> None:

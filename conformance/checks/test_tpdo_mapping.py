@@ -15,7 +15,7 @@ from conformance.checks.mapping import MAPPING, Frame
 from conformance.checks.tpdos import listen, paced
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, requirement
-from conformance.spec.model import DeviceSpec, Entry, address
+from conformance.spec.model import Alternative, DeviceSpec, Entry, address
 from conformance.spec.services import MappingExample
 from conformance.verdict import Verdict
 from conformance.wire.pdo import MappingEntry
@@ -86,6 +86,63 @@ def test_object_mapped_alone_is_carried(node: Node, entry: Entry, verdict: Verdi
     data = _sent(node, port, 1, [entry])
 
     judge_content(node.spec, verdict, data, [held(node, entry)])
+
+
+def _disputed(spec: DeviceSpec) -> Iterable[Case]:
+    """Return the objects of which the readings leave open whether, or how long, they are mapped."""
+    numbers = [case.subject for case in mapping.heard(mapping.remappable(spec), spec)]
+    sure = {entry.key for entry in mapping.mappable(spec)}
+    for entry in spec.entries.values() if 1 in numbers else ():
+        if _wanted(entry) and entry.key not in sure and not entry.optional:
+            yield Case(entry.address, entry, entry.source_of("mappable"))
+
+
+def _readings(entry: Entry) -> list[tuple[Entry, Alternative | None]]:
+    return [(entry, None), *((other.entry, other) for other in entry.alternatives)]
+
+
+def _wanted(entry: Entry) -> list[tuple[Entry, Alternative | None]]:
+    """Return an entry as each reading has it by which it is mapped."""
+    every = _readings(entry)
+    return [(it, other) for it, other in every if it.mappable and it.readable and it.type.bits]
+
+
+@requirement(
+    "TPDO-66",
+    level="manual",
+    cases=("entry", _disputed),
+    source=MAPPING,
+    effects=("reads", "writes"),
+)
+def test_object_of_disputed_mapping_is_carried_or_refused(
+    node: Node, entry: Entry, verdict: Verdict
+) -> None:
+    """An object of which readings leave open whether or how long it is mapped is carried, or refused."""
+    port = mapping.port_of(node, 1)
+    if mapping.is_fixed(port, verdict):
+        return
+
+    words = {word_of(it): (it, other) for it, other in _wanted(entry)[::-1]}
+    for word, (reading, other) in sorted(words.items()):
+        port.open()
+        step = port.offer([word])[-1]
+        if step.answer.confirmed:
+            data = _sent(node, port, 1)
+            judge_content(node.spec, verdict, data, [held(node, reading)])
+            if other is not None:
+                verdict.follows(other.ambiguity, other.reading)
+            return
+        mapping.require_answered(step)
+
+    refusing = [other for it, other in _readings(entry) if it.mappable is not True]
+    verdict.holds(
+        f"mapping of {entry.address}",
+        expected="confirmed, or refused" if refusing else "confirmed",
+        actual="refused",
+        ok=bool(refusing),
+    )
+    if refusing and refusing[0] is not None:
+        verdict.follows(refusing[0].ambiguity, refusing[0].reading)
 
 
 @requirement(

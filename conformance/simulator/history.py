@@ -35,8 +35,10 @@ class ErrorHistory:
         dictionary, index = node.dictionary, producer.history
         places = [e for key, e in dictionary.entries.items() if key[0] == index and e.sub]
         self._depth = sum(1 for entry in places if not entry.optional)
-        if any(entry.persistent for entry in places):
+        if any(entry.persistent for entry in places) or self._faults.history_codes_lost:
             self._codes = memory.history
+        if self._faults.history_codes_lost:
+            self._codes[:] = [0] * len(self._codes)
         dictionary.computed[index, 0] = lambda: len(self._codes)
         dictionary.guards[index, 0].append(self._check)
         dictionary.actions[index, 0] = self._written

@@ -135,3 +135,18 @@ def test_an_error_may_last_until_a_reset(
     hear(bus, 0.5)
     bus.set_tilt(12.0, 0.0)
     assert hear(bus, 0.1) == ["08A#0010000001000000"]
+
+
+@pytest.mark.parametrize(
+    ("faults", "code"), [((), "00 31 00 00"), (("history-codes-lost",), "00 00 00 00")]
+)
+def test_the_history_outlasts_a_start(
+    open_bus: Open, ask: Ask, hear: Hear, faults: tuple[str, ...], code: str
+) -> None:
+    bus = booted(open_bus, "siko_ims360", faults=faults, variant="two-axis")
+    bus.raise_error(0x3100)
+    bus.power_off()
+    bus.power_on()
+    hear(bus, 0.5)
+    assert ask(bus, "40 03 10 00 00 00 00 00") == "4F 03 10 00 01 00 00 00"
+    assert ask(bus, "40 03 10 01 00 00 00 00") == f"43 03 10 01 {code}"

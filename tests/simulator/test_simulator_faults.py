@@ -38,6 +38,7 @@ OTHERS = {
     "garbage",
     "heartbeat-jitter-20-ms",
     "heartbeat-slow-10-percent",
+    "history-codes-lost",
     "history-of-four",
     "history-oldest-first",
     "light-ignores-bus-errors",
