@@ -97,6 +97,33 @@ def test_slope_covers_its_range(
 
 
 @requirement(
+    "DEV-38",
+    level="manual",
+    cases=slopes(_is_covered),
+    effects=("reads", "writes"),
+    needs=("tilt",),
+)
+def test_slope_is_the_tilt_itself(
+    node: Node, slope: MeasuredSlope, stimulus: Stimulus, verdict: Verdict
+) -> None:
+    """A slope without offsets is the angle of the tilt itself: 0 where the device is level."""
+    port = _plain(node, slope)
+    if port.offset or port.differential:
+        raise SetupRefused("the node has an offset, so that the slope is not the tilt itself")
+    step_deg = port.step_deg
+
+    for tilt_deg in (0.0, *_angles(node.spec, slope)):
+        port.tilt(stimulus, tilt_deg)
+        verdict.within(
+            f"{slope.entry.address} at {tilt_deg:g} deg",
+            [within_a_turn(slope, port.seen().value * step_deg, tilt_deg)],
+            tilt_deg,
+            tilt_tolerance_deg(step_deg),
+            unit="deg",
+        )
+
+
+@requirement(
     "DEV-33",
     level="manual",
     cases=slopes(_is_a_turn),

@@ -191,7 +191,8 @@ class EmcyProducer:
         return register | (1 << _GENERIC if faults.error_register_stuck else 0)
 
     def _manufacturer_code(self) -> int:
-        return sum({1 << error.bit for error in self._errors if error.bit is not None})
+        present = sum({1 << error.bit for error in self._errors if error.bit is not None})
+        return present | self._node.faults.manufacturer_code_bits
 
     def _send(self, code: int) -> None:
         spec, node = self._spec, self._node

@@ -142,7 +142,7 @@ class LiveValues:
         low, high = self.stops.get(axis, (-math.inf, math.inf))
         if self._faults.live_swaps_axes:
             axis = TILTS[1 - TILTS.index(axis)]
-        tilt = self._world.tilt_deg(axis)
+        tilt = self._world.tilt_deg(axis) + self._faults.live_bias_deg
         if filtered and axis in self.lags:
             tilt -= self.lags[axis]()
         if self._faults.live_most_deg is not None:
