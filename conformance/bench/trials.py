@@ -70,6 +70,21 @@ class Restored:
         return self.after if self.saved is None else self.saved
 
 
+@dataclass(frozen=True, slots=True)
+class Unsaved:
+    """What became of settings whose defaults were restored and not stored.
+
+    Args:
+        answer: To the signature.
+        chosen: What the settings had stored.
+        after: What they hold after the second start.
+    """
+
+    answer: Transfer
+    chosen: Mapping[Key, bytes]
+    after: Mapping[Key, bytes]
+
+
 @contextmanager
 def changed_settings(
     node: Node, *, save: bool, default_will_do: bool = True
@@ -151,6 +166,18 @@ def observe_restored(node: Node, service: Store, sub: int, *, power: bool) -> Re
             node.power_cycle()
             lasting = settings.read()
         return Restored(answer, chosen, before, after, saved, lasting)
+
+
+def observe_unsaved(node: Node, service: Store, sub: int) -> Unsaved:
+    """Restore a group with other settings stored, switch the supply twice, and see what they hold.
+
+    The first start is the restart that a restore may wait for.
+    """
+    with changed_settings(node, save=True, default_will_do=False) as (settings, chosen):
+        answer = node.write(service.object, sub, service.word.to_bytes(4, "little"))
+        for _ in range(2):
+            node.power_cycle()
+        return Unsaved(answer, chosen, settings.read())
 
 
 def _is_restored(node: Node, service: Store, sub: int, key: Key) -> bool:

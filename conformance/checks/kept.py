@@ -12,9 +12,11 @@ from conformance.bench.trials import (
     Kept,
     Refused,
     Restored,
+    Unsaved,
     observe_defaults,
     observe_kept,
     observe_restored,
+    observe_unsaved,
     observe_wrong_signatures,
 )
 from conformance.checks import storable
@@ -81,6 +83,17 @@ def restored(bench: Bench, node: Node, verdict: Verdict, sub: int, *, power: boo
     return seen.outcome
 
 
+def unsaved(bench: Bench, node: Node, verdict: Verdict, sub: int) -> Unsaved:
+    """Return what became of a restore of one group that was not stored."""
+    service = node.spec.services.restore
+    if service is None:
+        raise SetupRefused("the manual documents no restore")
+    observe = partial(observe_unsaved, node, service, sub)
+    seen = bench.observations.once(f"restore {sub}, not stored", Unsaved, observe)
+    verdict.shown_in(seen.first, seen.last)
+    return seen.outcome
+
+
 def default_of(bench: Bench, node: Node, verdict: Verdict, entry: Entry) -> bytes:
     """Return what a setting holds once the factory settings are restored.
 
@@ -112,7 +125,7 @@ def require_changed(entry: Entry, outcome: Kept) -> None:
         raise SetupRefused(f"{entry.address} takes no second value, see OD-11")
 
 
-def require_confirmed(outcome: Restored) -> None:
+def require_confirmed(outcome: Restored | Unsaved) -> None:
     """Make sure that the restore to be judged was not refused.
 
     Raises:
@@ -195,6 +208,25 @@ def judge_default(verdict: Verdict, entry: Entry, outcome: Restored) -> None:
         raise SetupRefused(f"{entry.address} takes no value beside its default, see OD-11")
     show = partial(_show, entry)
     verdict.one_of(f"value of {entry.address}", outcome.final[entry.key], defaults, show=show)
+
+
+def judge_waits(verdict: Verdict, spec: DeviceSpec, sub: int, outcome: Restored) -> None:
+    """Judge that a restore changed nothing before the restart, or everything where a reading has it so."""
+    group = [entry for entry in storable.settings_in(spec, sub) if entry.key in outcome.chosen]
+    kept_ones = [entry for entry in group if all(it.persistent for it in entry.readings)]
+    before = outcome.before
+    changed = [entry for entry in group if before[entry.key] != outcome.chosen[entry.key]]
+    other = storable.restore_at_once(spec)
+    at_once = other is not None and all(before[it.key] in _defaults(it) for it in kept_ones)
+    wanted = "as they were" if other is None else "as they were, or all at their defaults"
+    verdict.holds(
+        "settings before the reset",
+        expected=f"{len(group)} settings {wanted}",
+        actual="all at their defaults" if at_once else _list(changed, before) or "all as they were",
+        ok=at_once or not changed,
+    )
+    if at_once and other is not None:
+        verdict.follows(other.ambiguity, other.reading)
 
 
 def judge_defaults(

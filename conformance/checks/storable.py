@@ -72,9 +72,26 @@ def groups_with_rest(spec: DeviceSpec) -> Iterable[Case]:
 
 
 def later_restores(spec: DeviceSpec) -> Iterable[Case]:
-    """Return every restore sub-index that by no reading acts before the node restarts."""
-    every = [it.restore.effective for it, _ in spec.services_readings if it.restore is not None]
-    return () if "at-once" in every else restore_groups(spec)
+    """Return every restore sub-index that as judged does not act before the node restarts."""
+    restore = spec.services.restore
+    return restore_groups(spec) if restore and restore.effective != "at-once" else ()
+
+
+def restore_at_once(spec: DeviceSpec) -> OtherServices | None:
+    """Return the reading by which a restore acts at once, if there is one."""
+    for other in spec.other_services:
+        restore = other.services.restore
+        if restore is not None and restore.effective == "at-once":
+            return other
+    return None
+
+
+def passing_restores(spec: DeviceSpec) -> Iterable[Case]:
+    """Return the widest restore, where by every reading it does not outlast a second start."""
+    every = [it.restore for it, _ in spec.services_readings]
+    if all(it is not None and it.lasting is False for it in every):
+        wide = widest_restore(spec)
+        yield from (case for case in restore_groups(spec) if case.subject == wide)
 
 
 def readable_signatures(name: str) -> Cases:

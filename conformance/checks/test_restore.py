@@ -60,14 +60,12 @@ def test_other_groups_are_left_alone(bench: Bench, node: Node, sub: int, verdict
 def test_restore_waits_for_the_restart(
     bench: Bench, node: Node, sub: int, verdict: Verdict
 ) -> None:
-    """Restored values are not in force before the restart."""
+    """Restored values are not in force before the restart, or all at once where a reading has it so."""
     outcome = kept.restored(bench, node, verdict, sub, power=False)
 
-    restored = list(storable.settings_in(node.spec, sub))
+    kept.require_confirmed(outcome)
 
-    kept.judge_unchanged(
-        verdict, "settings before the reset", restored, outcome.before, outcome.chosen
-    )
+    kept.judge_waits(verdict, node.spec, sub, outcome)
 
 
 @requirement(
@@ -176,6 +174,21 @@ def test_restored_defaults_that_are_stored_last(
     kept.judge_defaults(
         verdict, "settings after another power cycle", node.spec, sub, outcome.lasting or {}
     )
+
+
+@requirement("RST-13", level="manual", cases=("sub", storable.passing_restores), effects=BY_POWER)
+def test_restored_defaults_that_are_not_stored_pass(
+    bench: Bench, node: Node, sub: int, verdict: Verdict
+) -> None:
+    """Restored defaults that were not stored are gone after a second start; what was stored is back."""
+    outcome = kept.unsaved(bench, node, verdict, sub)
+
+    kept.require_confirmed(outcome)
+
+    group = [entry.key for entry in storable.settings_in(node.spec, sub)]
+    settings = (case.subject for case in storable.stored_settings(node.spec))
+    stored = [entry for entry in settings if entry.key in group]
+    kept.judge_unchanged(verdict, "settings", stored, outcome.after, outcome.chosen)
 
 
 @requirement("RST-12", level="manual", cases=("entry", storable.documented_signatures("restore")))

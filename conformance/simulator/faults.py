@@ -305,6 +305,7 @@ class Faults(BaseModel):
     restore_acts_on_all: bool = Field(
         default=False, description="Every sub-index of restore restores everything."
     )
+    restore_lasts: bool = Field(default=False, description="A restore forgets what was stored.")
     restore_lost_at_power_off: bool = Field(
         default=False, description="A restore is forgotten when the supply is switched off."
     )
@@ -335,8 +336,8 @@ class Faults(BaseModel):
     live_frozen: bool = Field(default=False, description="Measured values keep their first value.")
     live_swaps_axes: bool = Field(default=False, description="X shows Y, and Y shows X.")
     live_negated: bool = Field(default=False, description="Tilt has the wrong sign.")
-    live_most_deg: Factor | None = Field(
     live_bias_deg: float = Field(default=0.0, description="Added to every angle.")
+    live_most_deg: Factor | None = Field(
         default=None, description="The greatest angle that is measured to either side."
     )
     live_counts_turns: bool = Field(
@@ -401,10 +402,10 @@ class Faults(BaseModel):
         default=False, description="Sends nothing when the error has gone."
     )
     emcy_states: list[State] = Field(default=[], description="Sends EMCY in these NMT states too.")
-    emcy_short: bool = Field(default=False, description="An EMCY ends after the error register.")
     manufacturer_code_bits: Annotated[int, Field(ge=0, le=0xFF)] = Field(
         default=0, description="Bits of the manufacturer's error code that are always set."
     )
+    emcy_short: bool = Field(default=False, description="An EMCY ends after the error register.")
     emcy_code_plus_one: bool = False
     emcy_wrong_register: bool = Field(
         default=False, description="The error register in an EMCY is not 1001h."

@@ -95,7 +95,7 @@ class ParameterStore:
             return
         if service.effective == "at-once":
             self._set_defaults(keys)
-        if service.lasting or self._services.store is None:
+        if service.lasting or faults.restore_lasts or self._services.store is None:
             self._settle(service, partial(self._memory.keep, dict.fromkeys(keys)))
         elif service.effective == "after-reset":
             self._settle(service, partial(self._memory.defaults_once.update, keys))

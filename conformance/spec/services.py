@@ -274,7 +274,8 @@ class Store(Service):
     """Store or restore parameters: signature and, per sub-index, the ranges of indices it covers.
 
     ``settle_ms``: how long the node must not be reset or switched off afterwards.
-    ``lasting``: defaults restored outlast the next start without a save.
+    ``lasting``: defaults restored outlast the next start without a save; missing: the manual does
+    not say.
     """
 
     object: Index
@@ -282,7 +283,7 @@ class Store(Service):
     groups: Annotated[dict[Sub, list[Interval]], Field(min_length=1)]
     effective: Literal["at-once", "after-reset", "after-store-and-reset"] = "at-once"
     settle_ms: Annotated[int, Field(ge=0, le=60_000)] = 0
-    lasting: bool = False
+    lasting: bool | None = None
     source: Source
 
     @property
@@ -359,13 +360,13 @@ class Recovery(StrictModel):
 class BusErrors(Service):
     """What the node tells of errors on the bus: EMCY codes, and bits of the error register.
 
-    ``error_passive``: code while the CAN controller is error passive.
-    ``after_bus_off``: code once the node is back from bus-off.
+    ``error_passive``: code while the CAN controller is error passive; none where it is not told.
+    ``after_bus_off``: code once the node is back from bus-off; none where the manual has none.
     ``register_bits``: set while the CAN controller is error passive.
     """
 
-    error_passive: Word
-    after_bus_off: Word
+    error_passive: Word | None = None
+    after_bus_off: Word | None = None
     register_bits: list[Bit]
     recovery: Recovery | None = None
     source: Source
