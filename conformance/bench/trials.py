@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from conformance.bench.node import Node
 from conformance.bench.sdo import Transfer
@@ -24,11 +24,13 @@ class Kept:
         found: What was stored before.
         chosen: What they were given.
         after: What they hold after the restart.
+        told: What the sub-indices that stored them answer then.
     """
 
     found: Mapping[Key, bytes]
     chosen: Mapping[Key, bytes]
     after: Mapping[Key, bytes]
+    told: Mapping[Key, Transfer] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +57,7 @@ class Restored:
         after: After the restart.
         saved: After a store between restore and restart, where the restart alone changed nothing.
         lasting: After a store of what was restored and a power cycle.
+        told: What the sub-index answers after the restart.
     """
 
     answer: Transfer
@@ -63,6 +66,7 @@ class Restored:
     after: Mapping[Key, bytes]
     saved: Mapping[Key, bytes] | None = None
     lasting: Mapping[Key, bytes] | None = None
+    told: Mapping[Key, Transfer] = field(default_factory=dict)
 
     @property
     def final(self) -> Mapping[Key, bytes]:
@@ -106,7 +110,13 @@ def observe_kept(node: Node, *, save: bool, power: bool) -> Kept:
     """Change the settings, store them or not, restart the node, and see what they hold."""
     with changed_settings(node, save=save) as (settings, chosen):
         _restart(node, power=power)
-        return Kept(settings.found, chosen, settings.read())
+        return Kept(settings.found, chosen, settings.read(), _told(node, node.spec.services.store))
+
+
+def _told(node: Node, service: Store | None) -> dict[Key, Transfer]:
+    """Return what the sub-indices of store or restore answer."""
+    keys = [] if service is None else [(service.object, sub) for sub in service.groups]
+    return {key: node.sdo.upload(*key) for key in keys}
 
 
 def observe_reset_communication(node: Node) -> Kept:
@@ -154,7 +164,7 @@ def observe_restored(node: Node, service: Store, sub: int, *, power: bool) -> Re
         if not answer.confirmed:
             return Restored(answer, chosen, before, before)
         _restart(node, power=power)
-        after, saved, lasting = settings.read(), None, None
+        after, saved, lasting, told = settings.read(), None, None, _told(node, service)
         lasting_ones = [key for key in chosen if _is_restored(node, service, sub, key)]
         if all(after[key] == chosen[key] for key in lasting_ones):
             node.write(service.object, sub, word)
@@ -165,7 +175,7 @@ def observe_restored(node: Node, service: Store, sub: int, *, power: bool) -> Re
             settings.save()
             node.power_cycle()
             lasting = settings.read()
-        return Restored(answer, chosen, before, after, saved, lasting)
+        return Restored(answer, chosen, before, after, saved, lasting, told)
 
 
 def observe_unsaved(node: Node, service: Store, sub: int) -> Unsaved:

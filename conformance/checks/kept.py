@@ -94,6 +94,16 @@ def unsaved(bench: Bench, node: Node, verdict: Verdict, sub: int) -> Unsaved:
     return seen.outcome
 
 
+def told(bench: Bench, node: Node, verdict: Verdict, entry: Entry) -> Transfer:
+    """Return what an entry that stores or restores answers once it did and the node restarted."""
+    store = node.spec.services.store
+    if store is not None and store.object == entry.index:
+        return kept(bench, node, verdict, save=True, power=False).told[entry.key]
+    outcome = restored(bench, node, verdict, entry.sub, power=False)
+    require_confirmed(outcome)
+    return outcome.told[entry.key]
+
+
 def default_of(bench: Bench, node: Node, verdict: Verdict, entry: Entry) -> bytes:
     """Return what a setting holds once the factory settings are restored.
 
@@ -123,6 +133,16 @@ def require_changed(entry: Entry, outcome: Kept) -> None:
     """
     if outcome.chosen.get(entry.key) == outcome.found.get(entry.key):
         raise SetupRefused(f"{entry.address} takes no second value, see OD-11")
+
+
+def require_told(entry: Entry, answer: Transfer) -> None:
+    """Make sure that an entry was read.
+
+    Raises:
+        SetupRefused: It was not; OD-02 judges that.
+    """
+    if answer.data is None:
+        raise SetupRefused(f"upload of {entry.address}: {answer}, see OD-02")
 
 
 def require_confirmed(outcome: Restored | Unsaved) -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
 from conformance.bench.settings import Settings
 from conformance.checks import kept, storable
 from conformance.errors import SetupRefused
-from conformance.requirements import CIA301, requirement
-from conformance.spec.model import Entry
+from conformance.requirements import CIA301, Case, requirement
+from conformance.spec.model import DeviceSpec, Entry
 from conformance.verdict import Verdict
 
 STORE = f"{CIA301}, 7.5.2.13"
@@ -158,6 +160,25 @@ def test_store_reads_as_documented(node: Node, entry: Entry, verdict: Verdict) -
     """What stores parameters reads as the manual has it."""
     value = node.number(*entry.key)
 
+    verdict.one_of(f"value of {entry.address}", value, storable.answers(entry))
+
+
+def _signatures(spec: DeviceSpec) -> Iterable[Case]:
+    """Return every sub-index of store and restore whose value every reading of the manual tells."""
+    for name in ("store", "restore"):
+        for case in storable.documented_signatures(name)(spec):
+            effects = storable.STORES if name == "store" else storable.RESTORES
+            yield Case(case.label, case.subject, case.section, effects)
+
+
+@requirement("STO-11", level="manual", cases=("entry", _signatures))
+def test_signature_is_not_kept(bench: Bench, node: Node, entry: Entry, verdict: Verdict) -> None:
+    """What stores or restores reads as documented after it was done and the node has restarted."""
+    told = kept.told(bench, node, verdict, entry)
+
+    kept.require_told(entry, told)
+
+    value = int.from_bytes(told.data or b"", "little")
     verdict.one_of(f"value of {entry.address}", value, storable.answers(entry))
 
 

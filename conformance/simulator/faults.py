@@ -305,6 +305,9 @@ class Faults(BaseModel):
     restore_acts_on_all: bool = Field(
         default=False, description="Every sub-index of restore restores everything."
     )
+    store_keeps_signature: bool = Field(
+        default=False, description="A restart leaves the signatures in what stores and restores."
+    )
     restore_lasts: bool = Field(default=False, description="A restore forgets what was stored.")
     restore_lost_at_power_off: bool = Field(
         default=False, description="A restore is forgotten when the supply is switched off."

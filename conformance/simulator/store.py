@@ -42,7 +42,12 @@ class ParameterStore:
         if key not in self._node.dictionary.entries:
             return
         self._node.dictionary.guards[key].append(partial(self._check_signature, service))
-        self._node.dictionary.actions[key] = lambda _value: act(service, sub)
+        self._node.dictionary.actions[key] = lambda _value: self._act(act, service, sub)
+
+    def _act(self, act: Callable[[Store, int], None], service: Store, sub: int) -> None:
+        act(service, sub)
+        if self._node.faults.store_keeps_signature:
+            self._memory.keep({(service.object, sub): service.word})
 
     def _persistent(self) -> Iterator[Key]:
         """Return the settings that are kept without supply."""
