@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Literal
 
@@ -67,6 +67,21 @@ class Provocation:
         return self.limit_deg - (MARGIN_DEG if self.side == "above" else -MARGIN_DEG)
 
 
+@dataclass(frozen=True, slots=True)
+class BusProvocation:
+    """An error that destroyed frames bring about: the CAN controller becomes error passive.
+
+    Args:
+        code: The emergency error code it has.
+    """
+
+    code: int
+    axis: Literal["bus"] = "bus"
+
+
+AnyProvocation = Provocation | BusProvocation
+
+
 def provocations(spec: DeviceSpec, producer: EmcyProducer | None) -> list[Provocation]:
     """Return the errors that tilting brings about, by what the manual says of a producer.
 
@@ -116,8 +131,10 @@ class EmcyPort:
         self._stimulus = stimulus
         self._can_id = 0
         self._was_empty = False
+        self._tilts = bool(provocations(node.spec, producer))
         self._disturbed = False
-        self._tilted = False
+        self._provoked = False
+        self._destroying = ExitStack()
 
     @property
     def can_id(self) -> int:
@@ -182,13 +199,13 @@ class EmcyPort:
     # Errors
 
     def calm(self) -> None:
-        """Bring the node level, its EMCY valid, and let it have no error.
+        """Let the node have no error, and its EMCY valid; it is level where tilting brings one about.
 
         Raises:
             SetupRefused: It still shows one.
         """
         self._was_empty = self.count() == 0
-        self._disturbed = self._tilted = True
+        self._disturbed = self._provoked = True
         self.watch()
         self.end()
         if self.present():
@@ -209,9 +226,17 @@ class EmcyPort:
         if self.present():
             raise SetupRefused("the node shows an error already")
 
-    def provoke(self, *errors: Provocation) -> list[Stamped]:
+    def provoke(self, *errors: AnyProvocation) -> list[Stamped]:
         """Let exactly these errors be present, and return the EMCYs that come."""
-        return self.tilt({error.axis: error.beyond_deg for error in errors})
+        if any(isinstance(error, BusProvocation) for error in errors):
+            self._node.link.listen(BEFORE_S, self.matches)
+            mark = self._node.link.mark()
+            self._destroying.enter_context(self._stimulus.bus_error("error-passive"))
+            self._node.link.listen(WINDOW_S, self.matches)
+            return self._node.link.since(mark, self.matches)
+        return self.tilt(
+            {error.axis: error.beyond_deg for error in errors if isinstance(error, Provocation)}
+        )
 
     def tilt(self, angles: Mapping[str, float]) -> list[Stamped]:
         """Tilt the node, level where no angle is given, and return the EMCYs that come."""
@@ -222,19 +247,24 @@ class EmcyPort:
         return self._node.link.since(mark, self.matches)
 
     def relieve(self) -> list[Stamped]:
-        """Bring the node level, and return the EMCYs that come."""
-        return self.provoke()
+        """Let no error be present any more, and return the EMCYs that come."""
+        mark = self._node.link.mark()
+        self._destroying.close()
+        if self._tilts:
+            return self.provoke()
+        self._node.link.listen(WINDOW_S, self.matches)
+        return self._node.link.since(mark, self.matches)
 
     def end(self) -> None:
-        """Bring the node level; where an error may last until a reset, reset a node that has one."""
+        """Relieve the node; where an error may last until a reset, reset a node that has one."""
         self.relieve()
         if self.may_last and self.present():
             self._node.reset()
 
     @property
     def may_last(self) -> bool:
-        """The manual also reads as if an error lasted until a reset."""
-        return may_last(self._node.spec)
+        """The manual also reads as if an error lasted until a reset, or says nothing of it."""
+        return may_last(self._node.spec) or not self._tilts
 
     def present(self) -> bool:
         """Tell whether the error register or the manufacturer's code shows an error."""
@@ -265,15 +295,19 @@ class EmcyPort:
         """Bring everything back; a history that was empty is emptied again."""
         if not self._disturbed:
             return
+        self._destroying.close()
         self._node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
         self._disturbed = False
         try:
-            if self._tilted:
+            if self._provoked:
                 self.end()
                 self._stimulus.rest()
             history = self._place(0)
-            if self._was_empty and history is not None and history.writable and self.count():
-                self._node.sdo.download(history.index, 0, history.type.encode(0))
+            if self._was_empty and history is not None and self.count():
+                if history.writable:
+                    self._node.sdo.download(history.index, 0, history.type.encode(0))
+                elif cleared_by_reset(self._node.spec):
+                    self._node.reset()
         except (SetupRefused, NodeTimeout):
             self._stimulus.rest()
 
@@ -331,6 +365,13 @@ def decoded(seen: Stamped) -> emcy.Emergency:
         return emcy.decode(seen.frame)
     except WireError as error:
         raise SetupRefused(f"{error}, see EMCY-04") from error
+
+
+def cleared_by_reset(spec: DeviceSpec) -> bool:
+    """Tell whether a reset is all that empties the history."""
+    producer = spec.services.emcy_producer
+    count, *places = spec.subs(producer.history) if producer and producer.history else (None,)
+    return count is not None and not count.writable and not any(it.persistent for it in places)
 
 
 def depths(spec: DeviceSpec, index: int) -> set[int]:

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import replace
 from typing import TypeVar
 
-from conformance.bench.emcy import EmcyPort, Provocation, decoded, may_last, provocations
+from conformance.bench.emcy import (
+    AnyProvocation,
+    BusProvocation,
+    EmcyPort,
+    Provocation,
+    cleared_by_reset,
+    decoded,
+    may_last,
+    provocations,
+)
 from conformance.bench.link import Stamped
-from conformance.effects import Effect
+from conformance.effects import Effect, Need
 from conformance.errors import SetupRefused
 from conformance.requirements import Case
 from conformance.spec.document import EmcyProducer, Services
@@ -35,7 +45,23 @@ def above(spec: DeviceSpec) -> list[Provocation]:
 def errors(spec: DeviceSpec) -> Iterable[Case]:
     """Return one error for each cause that tilting brings about."""
     for error in above(spec):
-        yield Case(f"{error.code:04X}h/{error.axis}", error, error.source, kept(spec))
+        label = f"{error.code:04X}h/{error.axis}"
+        yield Case(label, error, error.source, kept(spec), ("tilt",))
+
+
+def any_errors(spec: DeviceSpec) -> Iterable[Case]:
+    """Return the errors that tilting brings about; where there are none, the one that the bus does.
+
+    How long that one lasts no manual says, so that a reset may have to end it.
+    """
+    tilted = tuple(errors(spec))
+    yield from tilted
+    service = spec.services.bus_errors
+    code = None if service is None else service.error_passive
+    if service is not None and code is not None and not tilted and tuple(producers(spec)):
+        label, effects = f"{code:04X}h/error-passive", dict.fromkeys((*kept(spec), "resets"))
+        needs: tuple[Need, ...] = ("bus-errors",)
+        yield Case(label, BusProvocation(code), service.source, tuple(effects), needs)
 
 
 def both_sides(spec: DeviceSpec) -> Iterable[Case]:
@@ -46,10 +72,10 @@ def both_sides(spec: DeviceSpec) -> Iterable[Case]:
 
 
 def provoked(spec: DeviceSpec) -> Iterable[Case]:
-    """Return the first error that tilting brings about, by the COB-ID object."""
-    for case in tuple(errors(spec))[:1]:
+    """Return the first error that can be brought about, by the COB-ID object."""
+    for case in tuple(any_errors(spec))[:1]:
         for of_producer in producers(spec):
-            yield Case(of_producer.label, case.subject, case.section, case.effects)
+            yield replace(case, label=of_producer.label)
 
 
 def pairs(spec: DeviceSpec) -> Iterable[Case]:
@@ -70,14 +96,20 @@ def register_object(spec: DeviceSpec) -> Iterable[Case]:
 
 
 def with_register(spec: DeviceSpec) -> Iterable[Case]:
+    """Return each error that can be brought about, of a node with an error register."""
+    return any_errors(spec) if tuple(register_object(spec)) else ()
+
+
+def tilted_with_register(spec: DeviceSpec) -> Iterable[Case]:
     """Return each error that tilting brings about, of a node with an error register."""
     return errors(spec) if tuple(register_object(spec)) else ()
 
 
 def kept(spec: DeviceSpec) -> tuple[Effect, ...]:
-    """Return what an error does to the node: it may last until a reset, and in its history."""
+    """Return what an error does to the node: it, or its history, may last until a reset, or longer."""
     producer = spec.services.emcy_producer
-    effects: tuple[Effect, ...] = ("resets",) if may_last(spec) else ()
+    resets = may_last(spec) or cleared_by_reset(spec)
+    effects: tuple[Effect, ...] = ("resets",) if resets else ()
     if producer is None or producer.history is None:
         return effects
     entry = spec.entry(producer.history, 1)
@@ -86,7 +118,7 @@ def kept(spec: DeviceSpec) -> tuple[Effect, ...]:
 
 
 def told(
-    spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
+    spec: DeviceSpec, emcy: EmcyPort, error: AnyProvocation, verdict: Verdict
 ) -> list[Emergency] | None:
     """Let an error come about and return what the node says of it; for set-up.
 
@@ -103,14 +135,27 @@ def told(
 def came_about(
     spec: DeviceSpec,
     emcy: EmcyPort,
-    error: Provocation,
+    error: AnyProvocation,
     seen: Sequence[Stamped],
     verdict: Verdict,
 ) -> bool:
     """Tell whether there was an error; if not, note the reading by which there need not be one."""
+    if isinstance(error, BusProvocation):
+        return bool(seen) or not _untold(spec, verdict)
     if seen or emcy.present():
         return True
     return not unlimited(spec, error, verdict, "none")
+
+
+def _untold(spec: DeviceSpec, verdict: Verdict) -> bool:
+    """Tell whether by a reading errors on the bus show in the register alone, and note it."""
+    for services, other in spec.services_readings:
+        told_by = services.bus_errors
+        if other is not None and told_by is not None and told_by.error_passive is None:
+            verdict.follows(other.ambiguity, other.reading)
+            verdict.holds("EMCY", expected="one, or none", actual="none", ok=True)
+            return True
+    return False
 
 
 def unlimited(spec: DeviceSpec, error: Provocation, verdict: Verdict, actual: str) -> bool:

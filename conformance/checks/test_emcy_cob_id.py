@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from conformance.bench.emcy import EmcyPort, Provocation
+from conformance.bench.emcy import AnyProvocation, EmcyPort
 from conformance.bench.node import Node
 from conformance.checks.emcies import judge, producers, provoked, told
 from conformance.checks.steps import require_alive
@@ -43,10 +43,9 @@ def _movable_errors(spec: DeviceSpec) -> Iterable[Case]:
     cases=("error", _movable_errors),
     source=COB_ID,
     effects=("reads", "writes"),
-    needs=("tilt",),
 )
 def test_bit_31_switches_emcy_off(
-    node: Node, spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
+    node: Node, spec: DeviceSpec, emcy: EmcyPort, error: AnyProvocation, verdict: Verdict
 ) -> None:
     """With bit 31 of its COB-ID set no EMCY is sent; with the bit cleared it is."""
     if told(spec, emcy, error, verdict) is None:
@@ -70,10 +69,9 @@ def test_bit_31_switches_emcy_off(
     cases=("error", _movable_errors),
     source=COB_ID,
     effects=("reads", "writes"),
-    needs=("tilt",),
 )
 def test_emcy_uses_its_cob_id(
-    node: Node, spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
+    node: Node, spec: DeviceSpec, emcy: EmcyPort, error: AnyProvocation, verdict: Verdict
 ) -> None:
     """With another CAN-ID in its COB-ID object EMCY is sent on that one, and no longer on the old."""
     if told(spec, emcy, error, verdict) is None:

@@ -16,9 +16,9 @@ from conformance.checks.emcies import (
     judge,
     pairs,
     register_word,
+    tilted_with_register,
     told,
     unlimited,
-    with_register,
 )
 from conformance.checks.steps import require_alive
 from conformance.requirements import CIA301, requirement
@@ -118,7 +118,7 @@ def _told_at_the_end(producer: EmcyProducer, *, lasting: bool) -> tuple[int, ...
 @requirement(
     "EMCY-10",
     level="shall",
-    cases=("error", with_register),
+    cases=("error", tilted_with_register),
     source=REGISTER,
     effects=("reads", "writes"),
     needs=("tilt",),

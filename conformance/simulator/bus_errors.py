@@ -34,7 +34,7 @@ class BusErrors:
     def passive(self) -> None:
         """The controller has become error passive."""
         if self._spec is not None and "error-passive" not in self._node.faults.bus_errors_untold:
-            self._emcy.raise_error(self._spec.error_passive)
+            self._emcy.raise_error(self._spec.error_passive, register=self._spec.register_bits)
 
     def over(self, error: BusError) -> None:
         """The controller is error active again."""
@@ -42,5 +42,6 @@ class BusErrors:
             return
         self._emcy.clear_error(self._spec.error_passive)
         untold = self._node.faults.bus_errors_untold
-        if error == "bus-off" and "after-bus-off" not in untold:
-            self._emcy.tell(self._spec.after_bus_off)
+        code = self._spec.after_bus_off
+        if error == "bus-off" and code is not None and "after-bus-off" not in untold:
+            self._emcy.tell(code)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Final
 
 from conformance.simulator.cob_id_rules import CAN_ID, NOT_VALID
@@ -31,10 +31,17 @@ _BITS: Final = {0x10: _GENERIC, 0x20: 1, 0x30: 2, 0x40: 3, 0x81: 4, 0x82: 4}
 
 @dataclass(frozen=True, slots=True)
 class Error:
-    """An error: its emergency error code and the bit of the manufacturer code, if any."""
+    """An error.
 
-    code: int
+    Args:
+        code: Its emergency error code; None for one that shows in the register alone.
+        bit: Of the manufacturer code, if any.
+        register: Its bits of the error register; those of its code when empty.
+    """
+
+    code: int | None
     bit: int | None = None
+    register: tuple[int, ...] = field(default=(), compare=False)
 
 
 class EmcyProducer:
@@ -120,16 +127,23 @@ class EmcyProducer:
         causes = self._spec.causes if self._spec is not None else ()
         return any(Error(cause.code, cause.bit) in self._errors for cause in causes)
 
-    def raise_error(self, code: int, bit: int | None = None, axis: TiltAxis | None = None) -> None:
+    def raise_error(
+        self,
+        code: int | None,
+        bit: int | None = None,
+        axis: TiltAxis | None = None,
+        register: Iterable[int] = (),
+    ) -> None:
         """An error has occurred, found at an axis or elsewhere."""
-        error = Error(code, bit)
+        error = Error(code, bit, tuple(register))
         if error in self._errors:
             return
         first = not self._errors
         self._errors[error] = None
-        self._history.enter(code)
-        if first or self._tells_each_change:
-            self._send(code)
+        if code is not None:
+            self._history.enter(code)
+            if first or self._tells_each_change:
+                self._send(code)
         self._leave(axis)
 
     def tell(self, code: int) -> None:
@@ -137,13 +151,13 @@ class EmcyProducer:
         self._history.enter(code)
         self._send(code)
 
-    def clear_error(self, code: int, bit: int | None = None) -> None:
+    def clear_error(self, code: int | None, bit: int | None = None) -> None:
         """An error has gone."""
         error = Error(code, bit)
         if error not in self._errors:
             return
         del self._errors[error]
-        if self._spec is None:
+        if self._spec is None or code is None:
             return
         if self._spec.history_keeps == "errors-and-resets":
             self._history.enter(NO_ERROR)
@@ -183,7 +197,8 @@ class EmcyProducer:
         faults = self._node.faults
         register = self._latched
         for error in self._errors if known else ():
-            register |= 1 << _GENERIC | 1 << _register_bit(error.code, known)
+            bits = error.register or (_GENERIC, _register_bit(error.code or NO_ERROR, known))
+            register |= sum({1 << bit for bit in bits})
         if faults.error_register_latched:
             self._latched = register
         if faults.error_register_without_bit_0:

@@ -31,6 +31,30 @@ def test_requirement_fails_on_its_defect(
     assert finished.items("inconclusive") == []
 
 
+@pytest.mark.parametrize(
+    ("requirement", "fault"),
+    [
+        ("EMCY-04", "emcy-short"),
+        ("EMCY-05", "emcy-wrong-register"),
+        ("EMCY-12", "history-stays-empty"),
+        ("EMCY-15", "history-of-four"),
+        ("EMCY-19", "emcy-bit-31-ignored"),
+        ("EMCY-20", "emcy-keeps-cob-id"),
+        ("EMCY-23", "emcy-in-stopped"),
+        ("EMCY-24", "error-stops"),
+        ("EMCY-25", "emcy-inhibit-time-ignored"),
+        ("EMCY-27", "emcy-wrong-code"),
+        ("EMCY-28", "error-passive-untold"),
+    ],
+)
+def test_an_error_on_the_bus_shows_it_where_no_angle_is_an_error(
+    requirement: str, fault: str, judge: Callable[..., Any]
+) -> None:
+    finished = judge("--fault", fault, "--select", requirement, device="baumer_gim140r")
+
+    assert finished.requirements("fail") == {requirement}
+
+
 def test_an_inhibited_emcy_may_not_be_lost_unless_documented(
     judge: Callable[..., Any], tmp_path: Path
 ) -> None:

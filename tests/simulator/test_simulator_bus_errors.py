@@ -57,6 +57,28 @@ def test_errors_on_the_bus_are_told(
     assert disturbed(ims(**options), error, hear) == heard
 
 
+@pytest.mark.parametrize(
+    ("readings", "heard"),
+    [
+        ({}, ["081#1081110000000000", "081#0000000000000000"]),
+        ({"GIM-91": 2}, []),
+        ({"GIM-143": 2}, ["081#1081100000000000", "081#0000000000000000"]),
+    ],
+)
+def test_what_is_told_and_what_the_register_shows_may_be_open(
+    open_bus: Open, hear: Hear, ask: Ask, readings: dict[str, int], heard: list[str]
+) -> None:
+    bus = open_bus("baumer_gim140r", readings=readings)
+    hear(bus, 0.5)
+    bus.disturb("error-passive")
+    told = hear(bus, 0.1)
+    register = ask(bus, "4001100000000000", 1)
+    bus.end_disturbance()
+
+    assert told + hear(bus, 0.1) == heard
+    assert register.split()[4] == ("10" if "GIM-143" in readings else "11")
+
+
 def test_the_register_shows_error_passive(
     ims: Callable[..., SimulatorBus], ask: Ask, hear: Hear
 ) -> None:
