@@ -5,14 +5,13 @@ from __future__ import annotations
 import gc
 import logging
 import os
-import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 
 import pytest
 
+from conformance.bench.interrupts import interruptible
 from conformance.errors import BenchError, SpecError
 from conformance.report.console import console
 from conformance.report.summary import Progress, print_summary
@@ -81,7 +80,7 @@ def run(run: Run) -> int:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Let only what a run needs be loaded, and take SIGTERM for Ctrl-C.
+    """Let only what a run needs be loaded, and take Ctrl-C as a run does.
 
     The user's other plug-ins and settings change no verdict. A run keeps every frame, so that looking
     for garbage takes long and finds little: it is done seldom.
@@ -90,15 +89,10 @@ def _undisturbed() -> Iterator[None]:
     gc.set_threshold(GARBAGE_AT)
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
     os.environ.pop("PYTEST_ADDOPTS", None)
-    previous = signal.signal(signal.SIGTERM, _interrupt)
     try:
-        yield
+        with interruptible():
+            yield
     finally:
-        signal.signal(signal.SIGTERM, previous)
         gc.set_threshold(*thresholds)
         os.environ.clear()
         os.environ.update(environment)
-
-
-def _interrupt(_signal: int, _frame: FrameType | None) -> None:
-    raise KeyboardInterrupt

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from contextlib import ExitStack
 from typing import Any
 
 import pytest
 
+from conformance.bench.interrupts import interruptible
 from conformance.checks import BENCH, PASSED, VERDICT
 from conformance.effects import Effect
 from conformance.errors import BenchError, NodeTimeout, SetupRefused, SpecError
@@ -44,6 +46,7 @@ class ConformanceSession:
     def __init__(self, config: pytest.Config, run: Run) -> None:
         self._config = config
         self._run = run
+        self._signals = ExitStack()
 
     # One item per requirement and case
 
@@ -91,6 +94,7 @@ class ConformanceSession:
         """Open the bench and find the node before the first item."""
         if session.config.option.collectonly or not session.items or session.testsfailed:
             return (yield)
+        self._signals.enter_context(interruptible())
         try:
             count = sum(_what(item)[0] is not None for item in session.items)
             self._config.stash[BENCH] = self._run.open(count, _effects(session.items))
@@ -177,6 +181,7 @@ class ConformanceSession:
             self._run.abort(str(error))
         if self._run.opened:
             self._run.close()
+        self._signals.close()
         if self._run.opened or self._run.results.aborted:
             session.exitstatus = self._run.results.exit_code
         return result

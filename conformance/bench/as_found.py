@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of, state_of
+from conformance.bench.interrupts import uninterrupted
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
 from conformance.bench.settings import Settings
@@ -60,6 +61,7 @@ class AsFound:
     def __len__(self) -> int:
         return len(self._held)
 
+    @uninterrupted()
     def give_back(self) -> list[Difference]:
         """Give back what can be, and return what is not as it was.
 

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from functools import partial
 
 from conformance.bench.channel import SdoChannel
+from conformance.bench.interrupts import uninterrupted
 from conformance.bench.keeping import groups_of, memory_keys
 from conformance.bench.link import Link, Stamped
 from conformance.bench.offsets import offset_steps
@@ -296,6 +297,7 @@ class Node:
         """Tell whether the node answers an SDO request at all: the sentinel after silence."""
         return self.sdo.ask(InitiateUpload(*PROBE)).received is not None
 
+    @uninterrupted()
     def restore(self) -> None:
         """Undo what the check did to the node.
 

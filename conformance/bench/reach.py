@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from conformance.bench.channel import SdoChannel
+from conformance.bench.interrupts import uninterrupted
 from conformance.bench.link import Link
 from conformance.bench.node import Node
 from conformance.errors import BenchError, NodeTimeout, SetupRefused
@@ -99,6 +100,7 @@ class Reach:
                 self._link.listen(AT_ONCE_S, lambda _: False)
                 self.find(node, self.here, *places)
 
+    @uninterrupted()
     def go(self, place: Place) -> None:
         """Speak with the node at a place from now on; the node is not touched.
 
@@ -162,6 +164,7 @@ class Reach:
 
     # And back
 
+    @uninterrupted()
     def bring_home(self, node: Node, write: Callable[[], None] | None = None) -> None:
         """Bring node and bench to where they were before `begin`, also after a failure half-way.
 

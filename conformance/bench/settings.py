@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from conformance.bench.interrupts import uninterrupted
 from conformance.bench.keeping import groups_of
 from conformance.bench.node import Node
 from conformance.errors import SetupRefused
@@ -91,6 +92,7 @@ class Settings:
         """
         self._node.save({index for index, _ in self.found})
 
+    @uninterrupted()
     def put_back(self) -> None:
         """Give the node back what it had stored; costs no store when that is still there.
 
@@ -149,7 +151,9 @@ class Settings:
         """Give other settings what they must hold meanwhile; their own values come after that."""
         for condition in entry.writable_while:
             other = self._spec.entries.get(condition.key)
-            if other is None or other.optional or not other.type.is_integer:
+            if other is None or not other.type.is_integer:
+                continue
+            if other.optional and self._node.sdo.upload(*other.key).refused:
                 continue
             present = self._node.number(*condition.key)
             if not condition.holds(present):
