@@ -133,7 +133,8 @@ def _ranges(entry: Entry, selector: int) -> tuple[Range, ...] | None:
 
 def moments(spec: DeviceSpec, rule: LowPassFilter) -> set[str]:
     """Return when a new filter acts, under each reading."""
-    named = (rule.selector, *([] if rule.cut_off is None else [rule.cut_off]))
+    named = [rule.selector, *([] if rule.cut_off is None else [rule.cut_off])]
+    named += [] if rule.fusion is None else [rule.fusion.object]
     return {it.effective for one in named for it in spec.entries[key_of(one)].readings}
 
 
@@ -158,22 +159,26 @@ def observe_filters(
         settings.begin()
         tried = choices(node.spec, rule)
         for choice in tried:
-            wanted = dict(_written(node.spec, rule, choice))
+            wanted = dict(written(node.spec, rule, choice))
             settings.write(wanted)
             if when != {"at-once"}:
                 settings.save()
                 node.reset()
-            _require_held(node, wanted)
-            responses[choice] = _response(node, stimulus, keys, before, after)
+            require_held(node, wanted)
+            responses[choice] = respond(node, stimulus, keys, before, after)
             if choice == tried[0] and "at-once" not in when:
-                settings.write(dict(_written(node.spec, rule, tried[-1])))
-                unsaved = _response(node, stimulus, keys, before, after)
+                settings.write(dict(written(node.spec, rule, tried[-1])))
+                unsaved = respond(node, stimulus, keys, before, after)
     finally:
         settings.put_back()
     return Tried(responses, unsaved)
 
 
-def _written(spec: DeviceSpec, rule: LowPassFilter, choice: Choice) -> Iterator[tuple[Key, bytes]]:
+def written(spec: DeviceSpec, rule: LowPassFilter, choice: Choice) -> Iterator[tuple[Key, bytes]]:
+    """Return what to write to choose a filter."""
+    if rule.fusion is not None:
+        fusion = spec.entries[key_of(rule.fusion.object)]
+        yield fusion.key, fusion.type.encode(rule.fusion.otherwise)
     selector = spec.entries[key_of(rule.selector)]
     yield selector.key, selector.type.encode(choice.selector)
     if rule.cut_off is not None and choice.cut_off_hz is not None:
@@ -181,13 +186,18 @@ def _written(spec: DeviceSpec, rule: LowPassFilter, choice: Choice) -> Iterator[
         yield entry.key, entry.type.encode(_steps(entry, choice.cut_off_hz))
 
 
-def _require_held(node: Node, wanted: Mapping[Key, bytes]) -> None:
+def require_held(node: Node, wanted: Mapping[Key, bytes]) -> None:
+    """Make sure that the node holds what was written.
+
+    Raises:
+        SetupRefused: It does not.
+    """
     for key, data in wanted.items():
         if node.upload(*key) != data:
             raise SetupRefused(f"{node.spec.entries[key].address} does not take a legal value")
 
 
-def _response(
+def respond(
     node: Node, stimulus: Stimulus, keys: Sequence[Key], before: Angles, after: Angles
 ) -> Responses:
     """Turn the node and look at its values until they are at rest."""

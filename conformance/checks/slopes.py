@@ -130,6 +130,13 @@ def error_limits(spec: DeviceSpec, slope: Entry) -> Iterator[ErrorLimits]:
                 yield ErrorLimits((float(limits[0]), float(limits[1])), cause.stops, other)
 
 
+def tilted(spec: DeviceSpec, share: float) -> tuple[float, float]:
+    """Return the tilt of both axes at a share of what their slopes show; 0 where there is none."""
+    slopes = {it.entry.follows: it for it in measured_slopes(spec)}
+    x, y = (slopes[axis].at(share) if axis in slopes else 0.0 for axis in ("tilt-x", "tilt-y"))
+    return x, y
+
+
 Pick = Callable[[MeasuredSlope, DeviceSpec], bool]
 
 

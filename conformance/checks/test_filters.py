@@ -20,7 +20,7 @@ from conformance.bench.node import Node
 from conformance.bench.session import Bench
 from conformance.bench.stimulus import Stimulus
 from conformance.checks.limits import STEPS
-from conformance.checks.slopes import measured_slopes
+from conformance.checks.slopes import measured_slopes, tilted
 from conformance.effects import Effect
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, Cases, requirement
@@ -214,14 +214,7 @@ def test_new_filter_waits_for_a_store(
 def _tried(bench: Bench, node: Node, stimulus: Stimulus, verdict: Verdict) -> Tried:
     """Return how the values followed under every filter, tried once in a run."""
     rules = filters(node.spec)
-    slopes = {it.entry.follows: it for it in measured_slopes(node.spec)}
-    before, after = (
-        (
-            slopes["tilt-x"].at(share) if "tilt-x" in slopes else 0.0,
-            slopes["tilt-y"].at(share) if "tilt-y" in slopes else 0.0,
-        )
-        for share in SHARES
-    )
+    before, after = (tilted(node.spec, share) for share in SHARES)
     observe = partial(observe_filters, node, stimulus, rules, before, after)
     seen = bench.observations.once("filters", Tried, observe)
     verdict.shown_in(seen.first, seen.last)

@@ -305,6 +305,9 @@ class Faults(BaseModel):
     restore_acts_on_all: bool = Field(
         default=False, description="Every sub-index of restore restores everything."
     )
+    fusion_lags: bool = Field(
+        default=False, description="Angles of the sensor fusion pass the low-pass filter too."
+    )
     store_keeps_signature: bool = Field(
         default=False, description="A restart leaves the signatures in what stores and restores."
     )

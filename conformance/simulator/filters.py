@@ -53,6 +53,10 @@ class Filter:
 
     def _lag(self) -> Lag | None:
         """Return what is left of a step of 1 after some seconds; None without a filter."""
+        fusion = self._rule.fusion
+        fused = fusion is not None and self._number(fusion.object) == fusion.value
+        if fused and not self._node.faults.fusion_lags:
+            return None
         chosen = self._number(self._rule.selector)
         kind = self._rule.kinds.get(chosen, "any")
         if kind == "off":

@@ -113,6 +113,20 @@ FilterKind: TypeAlias = Literal[
 ]
 
 
+class Fusion(StrictModel):
+    """What forms the angle without the filter, at once, while an object holds a value.
+
+    ``otherwise``: the object's value with the filter.
+    ``parameters``: values of its own settings, none of which changes how fast it is.
+    """
+
+    object: Address
+    value: int
+    otherwise: int
+    parameters: dict[Address, list[int]] = Field(default={})
+    source: Source
+
+
 class LowPassFilter(_Behaviour):
     """A low-pass filter that a measured angle passes.
 
@@ -121,6 +135,7 @@ class LowPassFilter(_Behaviour):
     ``cut_off``: the object that holds the cut-off frequency, where there is one.
     ``response``: how long a critically damped filter takes to respond.
     ``slowest_first``: values of the selector in the order of their speed, where the manual has one.
+    ``fusion``: a fusion of sensors that can take its place.
     """
 
     rule: Literal["low-pass-filter"]
@@ -131,6 +146,7 @@ class LowPassFilter(_Behaviour):
     cut_off: Address | None = None
     response: Literal["inverse-of-cut-off"] | None = None
     slowest_first: list[int] = Field(default=[])
+    fusion: Fusion | None = None
 
 
 Behaviour = Annotated[
@@ -164,6 +180,9 @@ def named_objects(behaviour: Behaviour) -> Iterator[tuple[tuple[Hashable, ...], 
     match behaviour:
         case SameValue() | Paired():
             yield from ((("objects", n), it) for n, it in enumerate(behaviour.objects))
+        case LowPassFilter(fusion=Fusion() as fusion):
+            yield ("fusion", "object"), fusion.object
+            yield from ((("fusion", "parameters", it), it) for it in fusion.parameters)
         case StatusBits():
             for bit, meaning in behaviour.bits.items():
                 if meaning.object is not None:

@@ -10,6 +10,7 @@ import pytest
 
 from conformance.bench.definition import load_bench
 from conformance.bench.filters import Choice, choices, filters, moments, observe_filters
+from conformance.bench.fusion import observe_fusion
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
 from conformance.bench.settings import Settings
@@ -109,3 +110,24 @@ def test_the_node_is_left_with_what_it_had_stored(
     node.power_cycle()
     assert node.number(*key) == before
     assert faults or before == value
+
+
+@pytest.mark.parametrize("fusion", [0, 1])
+def test_filters_are_tried_without_the_fusion_and_the_fusion_without_filter(
+    opened: Open, fusion: int
+) -> None:
+    _, node, stimulus = opened("siko_ims360", "two-axis")
+    settings = {(0x3110, 2): fusion, (0x3112, 2): 3}
+    for key, value in settings.items():
+        node.write(*key, node.spec.entries[key].type.encode(value))
+    node.save({0x3110, 0x3112})
+    node.reset()
+    rules, slow = filters(node.spec), Choice(2, 0.5)
+
+    filtered = observe_filters(node, stimulus, rules, (2.0, 2.0), (8.0, 8.0))
+    fused = observe_fusion(node, stimulus, rules, slow, (2.0, 2.0), (8.0, 8.0))
+
+    assert filtered.responses[slow][0x6110, 0].half_s > 0.5
+    assert [it[0x6110, 0].half_s < 0.1 for it in fused.responses.values()] == [True, True]
+    node.power_cycle()
+    assert {key: node.number(*key) for key in settings} == settings

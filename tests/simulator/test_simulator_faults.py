@@ -35,6 +35,7 @@ OTHERS = {
     "filter-never-overshoots",
     "filter-overshoots",
     "filters-reversed",
+    "fusion-lags",
     "garbage",
     "heartbeat-jitter-20-ms",
     "heartbeat-slow-10-percent",

@@ -51,6 +51,8 @@ def test_a_step_response_is_that_of_the_textbook(
         (IMS, ["2F10310101"], "6110", "filter-never-overshoots", 2381),
         (IMS, ["2B113100A00F"], "6110", "filter-cut-off-ignored", 250),
         (IMS, [], "6120", "", -1191),
+        (IMS, ["2F10310201"], "6110", "", 4000),
+        (IMS, ["2F10310201"], "6110", "fusion-lags", 2381),
         (DST, [], "6010", "", 478),
         (DST, ["2F01200002"], "6010", "", 478),
         (DST, ["2F01200002"], "6010", "filter-acts-unsaved", 795),
