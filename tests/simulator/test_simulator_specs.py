@@ -58,6 +58,8 @@ class Client:
     def upload(self, index: int, sub: int) -> bytes:
         multiplexer = index.to_bytes(2, "little") + bytes((sub,))
         answer = self.request(b"\x40" + multiplexer + bytes(4))
+        if answer[0] == 0x42:
+            return answer[4:]
         if answer[0] & 0xE3 == 0x43:
             return answer[4 : 8 - (answer[0] >> 2 & 3)]
         assert answer[0] == 0x41, answer.hex(" ")

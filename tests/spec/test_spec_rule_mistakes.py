@@ -31,7 +31,7 @@ def rule(*rules: str) -> tuple[str, str]:
             "rule: same-values, objects: [0x2000, 0x2001]",
             (
                 ": expected 'same-value', 'paired', 'slope', 'zeroing', 'reset-command', "
-                "'status-bits' as 'rule', got 'same-values'"
+                "'status-bits', 'low-pass-filter' as 'rule', got 'same-values'"
             ),
         ),
         ("objects: [0x2000, 0x2001]", ": expected the key 'rule', got none"),
