@@ -47,6 +47,14 @@ class Operator(ABC):
             SetupRefused: There is no answer.
         """
 
+    @abstractmethod
+    def is_on_label(self, number: int) -> bool:
+        """Tell whether a number is the serial number on the device's label.
+
+        Raises:
+            SetupRefused: There is no answer.
+        """
+
 
 class TerminalOperator(Operator):
     """A person who answers by a number; the bus goes on being heard meanwhile.
@@ -68,17 +76,27 @@ class TerminalOperator(Operator):
         """Ask for the number of what the light shows."""
         known = [ON, OFF, *choices]
         words = [*known, "something else"]
+        chosen = self._choose(f"Which of these does the {light} light show?", words)
+        return known[chosen] if chosen < len(known) else None
+
+    def is_on_label(self, number: int) -> bool:
+        """Ask for yes or no."""
+        question = f"Is {number} ({number:X}h) the serial number on the label of the device?"
+        return self._choose(question, ("yes", "no")) == 0
+
+    def _choose(self, question: str, words: Sequence[str]) -> int:
+        """Return the place of the answer among some words."""
         lines = [f"  {number}  {each}" for number, each in enumerate(words, 1)]
         while not self._lines.empty():  # what came too late for the question before
             self._lines.get()
-        prompt = "\n".join([f"Which of these does the {light} light show?", *lines, "Number: "])
+        prompt = "\n".join([question, *lines, "Number: "])
         deadline_s = time.monotonic() + ANSWER_S
         while True:
             self._questions.write(prompt)
             self._questions.flush()
             answer = self._line(deadline_s).strip()
             if answer.isascii() and answer.isdecimal() and 1 <= int(answer) <= len(words):
-                return known[int(answer) - 1] if int(answer) <= len(known) else None
+                return int(answer) - 1
             prompt = f"Number, 1 to {len(words)}: "
 
     def _line(self, deadline_s: float) -> str:
@@ -102,7 +120,7 @@ class TerminalOperator(Operator):
 
 
 class SimulatedOperator(Operator):
-    """Watches a simulated light until its pattern is clear.
+    """Watches a simulated light until its pattern is clear, and reads the simulated label.
 
     Args:
         link: The link to the bus, which is heard meanwhile.
@@ -124,6 +142,10 @@ class SimulatedOperator(Operator):
         times_ms = [(lit, 1000 * (end - start)) for (start, lit), (end, _) in pairwise(changes)]
         found = (words for words, pattern in choices.items() if _is_like(times_ms, pattern))
         return next(found, None)
+
+    def is_on_label(self, number: int) -> bool:
+        """Read the label of the simulated device."""
+        return self._rig.label() == str(number)
 
     def _changes(self, light: str, most_s: float, count: int) -> list[tuple[float, bool]]:
         """Return when the light changes, and to what; until there are so many, or no more come."""

@@ -42,6 +42,9 @@ class SimulatedRig(Protocol):
     def lit(self, light: str) -> bool:
         """Tell whether a light of the first simulated device is lit now."""
 
+    def label(self) -> str:
+        """Return the serial number on the label of the first simulated device."""
+
     def disturb(self, error: BusError) -> None:
         """Destroy frames of every simulated device until its error counters have come so far."""
 

@@ -28,6 +28,7 @@ SERVICES = {
     "DEV": "What the device does by its profile",
     "EMCY": "EMCY",
     "HB": "Heartbeat",
+    "ID": "Identity",
     "LED": "Lights",
     "LSS": "LSS",
     "NID": "Node-ID",

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
-from conformance.bench.emcy import EmcyPort, Provocation
+from conformance.bench.emcy import AnyProvocation, EmcyPort
 from conformance.bench.node import Node
-from conformance.checks.emcies import above, kept, told
+from conformance.checks.emcies import any_errors, told
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, Entry
 from conformance.verdict import Verdict
@@ -24,11 +25,11 @@ def _latest(spec: DeviceSpec) -> Entry | None:
 
 
 def _documented(spec: DeviceSpec) -> Iterable[Case]:
-    """Return the first error that tilting brings about, where it is documented what is kept."""
+    """Return the first error that can be brought about, where it is documented what is kept."""
     entry = _latest(spec)
     if entry is not None and all(it.persistent is not None for it in entry.readings):
-        for error in above(spec)[:1]:
-            yield Case(entry.address, error, entry.source_of("persistent"), kept(spec))
+        for case in tuple(any_errors(spec))[:1]:
+            yield replace(case, label=entry.address, section=entry.source_of("persistent"))
 
 
 @requirement(
@@ -36,10 +37,9 @@ def _documented(spec: DeviceSpec) -> Iterable[Case]:
     level="manual",
     cases=("error", _documented),
     effects=("reads", "writes", "resets", "power"),
-    needs=("tilt",),
 )
 def test_history_without_supply(
-    node: Node, spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
+    node: Node, spec: DeviceSpec, emcy: EmcyPort, error: AnyProvocation, verdict: Verdict
 ) -> None:
     """After the supply was off the history holds the errors that it held, or none, as documented."""
     entry = _latest(spec)
@@ -70,8 +70,8 @@ def _read_only(spec: DeviceSpec) -> Iterable[Case]:
     """Return the first error, where by every reading the place that it gets is read-only."""
     entry = _latest(spec)
     if entry is not None and all(it.access in ("ro", "const") for it in entry.readings):
-        for error in above(spec)[:1]:
-            yield Case(entry.address, error, entry.source_of("access"), kept(spec))
+        for case in tuple(any_errors(spec))[:1]:
+            yield replace(case, label=entry.address, section=entry.source_of("access"))
 
 
 @requirement(
@@ -80,10 +80,9 @@ def _read_only(spec: DeviceSpec) -> Iterable[Case]:
     cases=("error", _read_only),
     source=HISTORY,
     effects=("reads", "writes"),
-    needs=("tilt",),
 )
 def test_history_is_not_written(
-    node: Node, spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
+    node: Node, spec: DeviceSpec, emcy: EmcyPort, error: AnyProvocation, verdict: Verdict
 ) -> None:
     """The place of an error in the history has the documented length and refuses a download."""
     entry = _latest(spec)

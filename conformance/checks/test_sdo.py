@@ -11,6 +11,7 @@ from conformance.checks.steps import require_alive, require_writable
 from conformance.checks.transfers import (
     EXPEDITED,
     begin_upload,
+    follow,
     judge_abort,
     judge_recovery,
     may_need_segments,
@@ -59,6 +60,9 @@ def test_long_value_is_uploaded_by_the_protocol(node: Node, entry: Entry, verdic
             actual="expedited" if transfer.expedited else "segmented",
             ok=not (is_long and transfer.expedited),
         )
+        if transfer.data and not is_long:
+            form = "expedited" if transfer.expedited else "segmented"
+            follow(node, verdict, "short_texts", form)
 
 
 def _one_per_size(spec: DeviceSpec) -> Iterable[Case]:

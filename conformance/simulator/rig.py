@@ -69,6 +69,11 @@ class SimulatorRig(ABC):
         with self.present() as bus:
             return bus.nodes[0].lit(light, bus.now_ns)
 
+    def label(self) -> str:
+        """Return the serial number on the label of the first node."""
+        with self.present() as bus:
+            return str(bus.nodes[0].memory.serial_number)
+
     def disturb(self, error: BusError) -> None:
         """Destroy frames of all nodes until their error counters have come so far."""
         self._stimulate(lambda node: node.disturb(error))

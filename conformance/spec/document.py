@@ -187,6 +187,9 @@ class EntryDoc(StrictModel):
     leaves_canopen: list[int] = Field(
         default=[], description="Values that take the node off CANopen once they act."
     )
+    on_label: bool = Field(
+        default=False, description="The device has a label with what this entry holds."
+    )
     after_node_id_change: Literal["kept", "difference-kept", "default"] = Field(
         default="kept", description="What a new node-ID makes of a stored value of its own."
     )

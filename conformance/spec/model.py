@@ -84,6 +84,7 @@ class Entry:
         effective: When the device acts on a new value.
         reads: What an upload returns until a new value takes effect.
         leaves_canopen: Values that take the node off CANopen once they act.
+        on_label: The device has a label with what this entry holds.
         after_node_id_change: What a new node-ID makes of a stored value.
         affects: Indices that a download to this command changes.
         follows: What the value shows; for the simulated device.
@@ -118,6 +119,7 @@ class Entry:
     effective: Literal["at-once", "after-store", "after-store-and-reset"] = "at-once"
     reads: Literal["written", "in-force"] = "written"
     leaves_canopen: tuple[int, ...] = ()
+    on_label: bool = False
     after_node_id_change: Literal["kept", "difference-kept", "default"] = "kept"
     affects: tuple[int, ...] = ()
     follows: Follows | None = None

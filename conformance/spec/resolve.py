@@ -98,6 +98,7 @@ class EntryResolver:
             effective=doc.effective,
             reads=doc.reads,
             leaves_canopen=tuple(doc.leaves_canopen),
+            on_label=doc.on_label,
             after_node_id_change=doc.after_node_id_change,
             affects=tuple(doc.affects),
             follows=of_variant(doc.follows, self.variant),

@@ -89,6 +89,22 @@ def test_a_person_answers_by_number(typed: str, words: str | None) -> None:
     assert "  7  something else\n" in asked.getvalue()
 
 
+@pytest.mark.parametrize(("typed", "same"), [("1\n", True), ("2\n", False), ("3\n2\n", False)])
+def test_a_person_reads_the_label(typed: str, same: bool) -> None:
+    asked = StringIO()
+
+    assert TerminalOperator(Mock(), StringIO(typed), asked).is_on_label(26) == same
+
+    assert (
+        "Is 26 (1Ah) the serial number on the label of the device?\n  1  yes\n" in asked.getvalue()
+    )
+
+
+def test_the_simulated_operator_reads_the_simulated_label() -> None:
+    person = SimulatedOperator(Mock(), Mock(label=lambda: "26"))
+    assert [person.is_on_label(number) for number in (26, 27)] == [True, False]
+
+
 def test_no_answer_blames_nobody() -> None:
     with pytest.raises(SetupRefused, match="did not answer"):
         TerminalOperator(Mock(), StringIO(""), StringIO()).look_at("red", CHOICES)
