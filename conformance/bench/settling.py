@@ -7,7 +7,7 @@ from typing import Final
 from conformance.bench.node import Node
 from conformance.spec.behaviours import LowPassFilter
 from conformance.spec.fields import key_of
-from conformance.spec.model import Entry, Key
+from conformance.spec.model import Entry
 
 LOOK_S: Final = 0.1
 """Between two looks at a value that may still be following."""
@@ -35,17 +35,16 @@ class Settling:
         self._node = node
         rules = node.spec.behaviours.values()
         self._rules = [rule for rule in rules if isinstance(rule, LowPassFilter)]
+        filtered = [key_of(rule.value) for rule in self._rules]
+        self._keys = filtered or [it.key for it in node.spec.entries.values() if _is_tilt(it)]
 
     def wait(self) -> None:
         """Wait for the response time, where one is documented, and until the values are at rest.
 
         A node that does not answer SDO requests in its present state is not waited for.
         """
-        if not self._rules:
-            return
-        keys = [key_of(rule.value) for rule in self._rules]
-        before = self._look(keys)
-        if before is None:
+        before = self._look()
+        if not before:
             return
         link, response_s = self._node.link, self._response_s()
         link.listen(response_s, lambda _: False)
@@ -53,15 +52,15 @@ class Settling:
         deadline = changed_s + MOST_S
         while link.now() - changed_s < max(CALM_S, response_s / 2) and link.now() < deadline:
             link.listen(LOOK_S, lambda _: False)
-            seen = self._look(keys)
+            seen = self._look()
             if seen is None:
                 return
             if any(abs(a - b) > STEPS for a, b in zip(before, seen, strict=True)):
                 before, changed_s = seen, link.now()
 
-    def _look(self, keys: list[Key]) -> list[int] | None:
+    def _look(self) -> list[int] | None:
         values = []
-        for key in keys:
+        for key in self._keys:
             transfer = self._node.sdo.upload(*key)
             if not transfer.answered:
                 return None
@@ -71,7 +70,7 @@ class Settling:
 
     def _response_s(self) -> float:
         """Return the documented response time of the slowest filter, with what the node holds."""
-        return max(map(self._response_of, self._rules))
+        return max(map(self._response_of, self._rules), default=0.0)
 
     def _response_of(self, rule: LowPassFilter) -> float:
         entry = None if rule.cut_off is None else self._node.spec.entries[key_of(rule.cut_off)]
@@ -79,6 +78,11 @@ class Settling:
             return 0.0
         frequency_hz = hertz(entry, self._node.number(*entry.key))
         return min(1 / frequency_hz, MOST_S) if frequency_hz else 0.0
+
+
+def _is_tilt(entry: Entry) -> bool:
+    """Tell whether an entry shows a tilt in whole steps; a filter that nobody documents may delay it."""
+    return entry.follows in ("tilt-x", "tilt-y") and entry.readable and entry.type.is_integer
 
 
 def hertz(entry: Entry, value: int) -> float:

@@ -66,7 +66,11 @@ def places_of(spec: DeviceSpec, number: int) -> int:
         return 0
     most = min(it.tpdo.max_mapped for it, _ in spec.services_readings if it.tpdo is not None)
     places = 0
-    while places < most and _is_place(spec.entry(count.index, places + 1)):
+    while (
+        places < most
+        and count.always_legal(places + 1)
+        and _is_place(spec.entry(count.index, places + 1))
+    ):
         places += 1
     return places
 
