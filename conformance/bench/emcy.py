@@ -180,6 +180,16 @@ class EmcyPort:
         self._node.download(self.producer.object, 0, word | NOT_VALID)
         self.enable()
 
+    def give_bit(self, bit: int, value: int) -> bool:
+        """Give a bit of the COB-ID a value, EMCY valid afterwards; tell whether the node takes it."""
+        word = self.watch() & ~(1 << bit | NOT_VALID) | value << bit
+        self.disable()
+        taken = self._node.try_download(
+            self.producer.object, 0, DataType.UNSIGNED32.encode(word | NOT_VALID)
+        ).confirmed
+        self.enable()
+        return taken
+
     def accepted(self, can_ids: range) -> list[int]:
         """Return those of some CAN-IDs that the node takes for EMCY; it is left disabled."""
         word = self.watch() & ~_CAN_ID

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from conformance.bench.emcy import AnyProvocation, EmcyPort
 from conformance.bench.node import Node
-from conformance.checks.emcies import judge, producers, provoked, told
+from conformance.checks.emcies import came_about, judge, producers, provoked, told
 from conformance.checks.steps import require_alive
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, address
@@ -168,3 +169,47 @@ def test_restricted_can_ids_are_refused(
         taken,
         lambda producer: {f"all {producer.restricted}"},
     )
+
+
+def _enabled_by_a_bit(spec: DeviceSpec) -> Iterable[Case]:
+    for bit in _bits(spec):
+        for case in _movable_errors(spec):
+            yield replace(case, label=f"{case.label}/bit-{bit}", subject=(bit, case.subject))
+
+
+def _bits(spec: DeviceSpec) -> set[int]:
+    """Return the bits that must be set for EMCY to be sent, by any reading."""
+    producers_read = (services.emcy_producer for services, _ in spec.services_readings)
+    return {it.enabled_by for it in producers_read if it and it.enabled_by is not None}
+
+
+@requirement(
+    "EMCY-34",
+    level="manual",
+    cases=("enabling", _enabled_by_a_bit),
+    effects=("reads", "writes"),
+)
+def test_bit_of_the_cob_id_enables_emcy(
+    spec: DeviceSpec, emcy: EmcyPort, enabling: tuple[int, AnyProvocation], verdict: Verdict
+) -> None:
+    """The bit of the COB-ID by which the manual has EMCY sent does not keep it from being sent."""
+    bit, error = enabling
+    emcy.calm()
+    if not emcy.give_bit(bit, 1):
+        verdict.holds(f"bit {bit}", expected="taken, or refused", actual="refused", ok=True)
+        return
+    enabled = emcy.provoke(error)
+    emcy.end()
+    emcy.give_bit(bit, 0)
+
+    disabled = emcy.provoke(error)
+
+    if enabled or disabled or came_about(spec, emcy, error, enabled, verdict):
+        judge(
+            spec,
+            verdict,
+            f"EMCYs with bit {bit} set, and clear",
+            (bool(enabled), bool(disabled)),
+            lambda producer: {(True, producer.enabled_by is None)},
+            show=lambda sent: ", ".join("some" if one else "none" for one in sent),
+        )

@@ -5,10 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import product
 
-from conformance.bench.emcy import EmcyPort, Provocation, decoded
+from conformance.bench.emcy import (
+    AnyProvocation,
+    BusProvocation,
+    EmcyPort,
+    Provocation,
+    decoded,
+)
 from conformance.bench.node import Node
 from conformance.checks.emcies import (
     NO_ERROR,
+    any_errors,
     both_sides,
     came_about,
     code_words,
@@ -21,7 +28,7 @@ from conformance.checks.emcies import (
     unlimited,
 )
 from conformance.checks.steps import require_alive
-from conformance.requirements import CIA301, requirement
+from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.document import EmcyProducer
 from conformance.spec.model import DeviceSpec
 from conformance.verdict import Verdict
@@ -113,6 +120,37 @@ def _told_at_the_end(producer: EmcyProducer, *, lasting: bool) -> tuple[int, ...
     """Return the error codes at the end of an angle's error, by what the manual says."""
     silent = producer.cleared == "silent" or (producer.lasts == "until-reset" and lasting)
     return () if silent else (NO_ERROR,)
+
+
+def _of_the_bus(spec: DeviceSpec) -> Iterable[Case]:
+    return (case for case in any_errors(spec) if isinstance(case.subject, BusProvocation))
+
+
+@requirement("EMCY-33", level="manual", cases=("error", _of_the_bus), effects=("reads", "writes"))
+def test_no_error_is_told_by_zeros(
+    spec: DeviceSpec, emcy: EmcyPort, error: AnyProvocation, verdict: Verdict
+) -> None:
+    """Once the error of the bus is gone an EMCY of zeros alone says so, where one is documented."""
+    if told(spec, emcy, error, verdict) is None:
+        return
+
+    seen = [decoded(one) for one in emcy.relieve()]
+
+    ends = [message for message in seen if message.error_code == NO_ERROR]
+    for message in ends:
+        rest = bytes((message.error_register,)) + message.manufacturer
+        verdict.equal("octets 2 to 7 with code 0000h", rest.hex(), bytes(len(rest)).hex())
+    if emcy.present():
+        verdict.equal("codes 0000h while the error lasts", len(ends), 0)
+        return
+    judge(
+        spec,
+        verdict,
+        "codes when the error went",
+        tuple(message.error_code for message in ends[:1]),
+        lambda producer: {(NO_ERROR,) if producer.cleared == "sent" else ()},
+        show=code_words,
+    )
 
 
 @requirement(

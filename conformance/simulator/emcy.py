@@ -22,6 +22,7 @@ from conformance.wire.nmt import NmtState
 NO_ERROR: Final = 0x0000
 INHIBIT_UNIT_NS: Final = 100_000
 _FILLING: Final = 0xA5
+_BIT_30: Final = 1 << 30
 
 _GENERIC: Final = 0
 _MANUFACTURER: Final = 7
@@ -218,6 +219,9 @@ class EmcyProducer:
             return
         word = node.dictionary.number(spec.object)
         if word & NOT_VALID and not node.faults.emcy_ignores_bit_31:
+            return
+        enabling = 1 << spec.enabled_by if spec.enabled_by is not None else 0
+        if word & enabling != enabling or (node.faults.emcy_off_by_bit_30 and word & _BIT_30):
             return
         if node.faults.emcy_keeps_cob_id:
             word = self._word_at_start

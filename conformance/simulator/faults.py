@@ -417,6 +417,9 @@ class Faults(BaseModel):
         default=False, description="The error register in an EMCY is not 1001h."
     )
     emcy_without_manufacturer_code: bool = False
+    emcy_off_by_bit_30: bool = Field(
+        default=False, description="Sends no EMCY while bit 30 of its COB-ID is set."
+    )
     emcy_ignores_bit_31: bool = False
     emcy_keeps_cob_id: bool = Field(
         default=False, description="Goes on with the CAN-ID it had at the start."

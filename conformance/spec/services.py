@@ -177,6 +177,7 @@ class EmcyProducer(Service):
     ``other_octets``: those of the manufacturer-specific field without a documented content.
     ``inhibit``: object of the inhibit time in multiples of 100 us.
     ``inhibited``: what happens to an EMCY within it.
+    ``enabled_by``: bit of the COB-ID that must be set for EMCY to be sent, beside what CiA 301 has.
     ``sends``: at each change of the errors, or at the first and after the last one.
     ``cleared``: whether error code 0000h is sent.
     ``lasts``: how long an angle that was out of its limits is an error.
@@ -185,6 +186,7 @@ class EmcyProducer(Service):
     object: Index
     change_while_valid: Literal["refused", "accepted"] = "refused"
     restricted: Literal["refused", "accepted"] = "refused"
+    enabled_by: Annotated[int, Field(ge=11, le=30)] | None = None
     error_register: Index | None = None
     history: Index | None = None
     history_keeps: Literal["errors", "errors-and-resets"] = "errors"
