@@ -15,6 +15,7 @@ from conformance.wire.pdo import MappingEntry
 _FREE_CAN_IDS = range(0x681, 0x6E0)
 """Identifiers that nothing in the predefined connection set has (CiA 301 v4.2.0, 7.3.3)."""
 _FLAGS = 0xC000_0000
+_MANUFACTURERS = range(0x2000, 0x6000)
 _NOT_VALID = 1 << 31
 _PDO_BITS = 64
 _HANDY = (1, 2, 3, 5, 10, 100, 1000, 250_000)
@@ -65,11 +66,18 @@ def _is_free(entry: Entry, spec: DeviceSpec) -> bool:
     return (
         not entry.optional
         and entry.type.is_integer
+        and not _may_move_the_node(entry, spec)
         and entry.key not in _presets_with_fixed_offset(spec)
         and all(is_setting(reading, spec) and reading.writable for reading in entry.readings)
         and all(reading.reads == "written" for reading in entry.readings)
         and len({reading.type for reading in entry.readings}) == 1
     )
+
+
+def _may_move_the_node(entry: Entry, spec: DeviceSpec) -> bool:
+    """Tell whether nothing says what an object of the manufacturer does, such as set the node-ID."""
+    known = spec.services.node_id is not None or spec.services.bitrate is not None
+    return entry.index in _MANUFACTURERS and not known
 
 
 def _presets_with_fixed_offset(spec: DeviceSpec) -> set[Key]:
