@@ -6,17 +6,9 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from conformance.bench.emcy import (
-    AnyProvocation,
-    BusProvocation,
-    EmcyPort,
-    Provocation,
-    cleared_by_reset,
-    decoded,
-    may_last,
-    provocations,
-)
+from conformance.bench.emcy import EmcyPort, cleared_by_reset, decoded, may_last
 from conformance.bench.link import Stamped
+from conformance.bench.provocations import AnyProvocation, BusProvocation, Provocation, provocations
 from conformance.effects import Effect, Need
 from conformance.errors import SetupRefused
 from conformance.requirements import Case

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from conformance.bench.emcy import AnyProvocation, EmcyPort, Provocation, decoded
+from conformance.bench.emcy import EmcyPort, decoded
 from conformance.bench.node import Node
+from conformance.bench.provocations import AnyProvocation, Provocation
 from conformance.checks.emcies import (
     NO_ERROR,
     any_errors,

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from conformance.bench.emcy import AnyProvocation, EmcyPort
+from conformance.bench.emcy import EmcyPort
 from conformance.bench.node import Node
+from conformance.bench.provocations import AnyProvocation
 from conformance.checks.emcies import any_errors, told
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, Entry

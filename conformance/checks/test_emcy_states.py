@@ -6,9 +6,10 @@ from collections.abc import Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
-from conformance.bench.emcy import AnyProvocation, EmcyPort, Provocation
+from conformance.bench.emcy import EmcyPort
 from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of
 from conformance.bench.node import Node
+from conformance.bench.provocations import AnyProvocation, Provocation
 from conformance.checks.emcies import any_errors, came_about, judge, provoked, require_told, told
 from conformance.checks.steps import ENTER, require_alive, state_word
 from conformance.errors import SetupRefused

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
-from conformance.bench.emcy import EmcyPort, Provocation, errors_to_come
+from conformance.bench.emcy import EmcyPort, errors_to_come
 from conformance.bench.lights import LightsPort, Pattern, pattern_of
 from conformance.bench.lss import LssPort
 from conformance.bench.node import Node
+from conformance.bench.provocations import Provocation
 from conformance.bench.stimulus import Stimulus
 from conformance.checks.emcies import above, came_about, kept
 from conformance.checks.steps import ENTER

@@ -9,7 +9,8 @@ import pytest
 
 from conformance import resources
 from conformance.bench.definition import load_bench
-from conformance.bench.emcy import EmcyPort, depths, provocations
+from conformance.bench.emcy import EmcyPort, depths
+from conformance.bench.provocations import provocations
 from conformance.bench.session import Bench
 from conformance.bench.settling import Settling
 from conformance.bench.stimulus import Stimulus

@@ -239,6 +239,14 @@ def inhibited(device: Wired) -> object:
     return device.fail(0x1000) + device.fail(0x8110) + device.run(0.2)
 
 
+def enabled(device: Wired) -> object:
+    before = device.fail(0x1000)
+    device.recover(0x1000)
+    device.set(x1014=0x80000081)
+    device.set(x1014=0x40000081)
+    return before, device.fail(0x1000)
+
+
 REFUSED = "abort 06090030h"
 CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     "GIM-12": (second_tpdo, {1: [], 2: ["281#"]}),
@@ -293,6 +301,13 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
     ),
     "GIM-109": (selection, {1: ["7E4#4400000000000000"], 2: ["7E4#4401000000000000"]}),
     "GIM-117": (text, {1: "41 0A 10 00 04 00 00 00", 2: "43 0A 10 00 31 2E 33 30"}),
+    "GIM-119": (
+        enabled,
+        {
+            1: (["081#0010010000000000"], ["081#0010010000000000"]),
+            3: ([], ["081#0010010000000000"]),
+        },
+    ),
     "GIM-120": (
         inhibited,
         {
@@ -306,6 +321,8 @@ CASES: dict[str, tuple[Watch, dict[int, object]]] = {
 }
 
 NOT_ON_THE_BUS = {
+    "GIM-91": "see test_simulator_bus_errors.py",
+    "GIM-143": "see test_simulator_bus_errors.py",
     "GIM-54": "the simulated device filters nothing; see test_simulator_starts.py",
     "GIM-87": "no error code of the manual belongs to bit 5",
     "GIM-92": "an error that is raised from outside brings its code",
