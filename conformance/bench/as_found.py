@@ -57,6 +57,7 @@ class AsFound:
         self._restarts = restarts and _reset(node)
         if self._restarts:
             self._stored = self._read(node)
+        self._had_no_errors = self._errors(node) == 0
 
     def __len__(self) -> int:
         return len(self._held)
@@ -84,10 +85,26 @@ class AsFound:
             found += self._differences(
                 {key: self._held[key] for key in unsaved}, {key: now[key] for key in unsaved}
             )
+        if self._had_no_errors and self._errors(node):
+            node.write(self._history, 0, b"\0")
         self._bench.done(node, doubtful=False)
         if self.nmt_state in _LEADS_TO:
             self._bench.node().nmt(_LEADS_TO[self.nmt_state])
         return found
+
+    @property
+    def _history(self) -> int:
+        """Index of the error history, which the checks fill; 0 without one."""
+        emcy = self._bench.spec.services.emcy_producer
+        return emcy.history or 0 if emcy is not None else 0
+
+    def _errors(self, node: Node) -> int | None:
+        """Return how many errors the history holds, None where it cannot be cleared."""
+        number = self._bench.spec.entry(self._history)
+        if number is None or not number.writable:
+            return None
+        data = node.sdo.upload(*number.key).data
+        return data[0] if data else None
 
     def _nmt_state(self, node: Node) -> str:
         """Return the NMT state that heartbeats show, empty where none can."""
