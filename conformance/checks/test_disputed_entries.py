@@ -120,8 +120,8 @@ def _value_cases(spec: DeviceSpec) -> Iterable[Case]:
     """Values of settings alone: what others count on, or what moves the node, has its own rules."""
     heartbeat = spec.services.heartbeat_producer
     for entry in spec.entries.values():
-        plain = all(
-            cases.limited(it, spec) and it.limits_by is None and it.reads == "written"
+        plain = any(cases.limited(it, spec) for it in entry.readings) and all(
+            cases.writable(it, spec) and it.limits_by is None and it.reads == "written"
             for it in entry.readings
         )
         of_service = (
