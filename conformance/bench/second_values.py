@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 
 from conformance.bench.settings import is_setting, tpdo_number
 from conformance.spec.behaviours import Slope
@@ -23,6 +24,15 @@ _HANDY = (1, 2, 3, 5, 10, 100, 1000, 250_000)
 
 def can_be_set(entry: Entry, spec: DeviceSpec) -> bool:
     """Tell whether an entry is a setting that has a second value by every reading."""
+    return entry.key in _settable(spec)
+
+
+@lru_cache(maxsize=8)
+def _settable(spec: DeviceSpec) -> frozenset[Key]:
+    return frozenset(entry.key for entry in spec.entries.values() if _has_another(entry, spec))
+
+
+def _has_another(entry: Entry, spec: DeviceSpec) -> bool:
     if not _is_free(entry, spec):
         return False
     if _mapping_of(entry, spec) is not None:

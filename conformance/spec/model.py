@@ -210,7 +210,7 @@ class OtherBehaviours:
     behaviours: Mapping[str, Behaviour]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class DeviceSpec:
     """What a manual says about one variant of a device at one node-ID.
 
