@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -160,11 +160,7 @@ def observe_filters(
         tried = choices(node.spec, rule)
         for choice in tried:
             wanted = dict(written(node.spec, rule, choice))
-            settings.write(wanted)
-            if when != {"at-once"}:
-                settings.save()
-                node.reset()
-            require_held(node, wanted)
+            put_in_force(node, settings, wanted, when)
             responses[choice] = respond(node, stimulus, keys, before, after)
             if choice == tried[0] and "at-once" not in when:
                 settings.write(dict(written(node.spec, rule, tried[-1])))
@@ -186,12 +182,18 @@ def written(spec: DeviceSpec, rule: LowPassFilter, choice: Choice) -> Iterator[t
         yield entry.key, entry.type.encode(_steps(entry, choice.cut_off_hz))
 
 
-def require_held(node: Node, wanted: Mapping[Key, bytes]) -> None:
-    """Make sure that the node holds what was written.
+def put_in_force(
+    node: Node, settings: Settings, wanted: Mapping[Key, bytes], when: Collection[str]
+) -> None:
+    """Write settings, with a store and a restart unless they surely act at once.
 
     Raises:
-        SetupRefused: It does not.
+        SetupRefused: The node does not hold what was written.
     """
+    settings.write(wanted)
+    if when != {"at-once"}:
+        settings.save()
+        node.reset()
     for key, data in wanted.items():
         if node.upload(*key) != data:
             raise SetupRefused(f"{node.spec.entries[key].address} does not take a legal value")

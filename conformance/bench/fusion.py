@@ -10,7 +10,7 @@ from conformance.bench.filters import (
     Choice,
     Responses,
     moments,
-    require_held,
+    put_in_force,
     respond,
     written,
 )
@@ -68,11 +68,7 @@ def observe_fusion(
         answer = node.write(*chosen.key, data)
         for name, parameters in _parameters(node.spec, fusion) if answer.confirmed else ():
             wanted = dict(written(node.spec, rule, slow)) | {chosen.key: data} | parameters
-            settings.write(wanted)
-            if when != {"at-once"}:
-                settings.save()
-                node.reset()
-            require_held(node, wanted)
+            put_in_force(node, settings, wanted, when)
             responses[name] = respond(node, stimulus, keys, before, after)
         return Fused(answer, responses)
     finally:

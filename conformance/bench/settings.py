@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from conformance.bench.interrupts import uninterrupted
 from conformance.bench.keeping import groups_of
@@ -24,6 +24,19 @@ def is_setting(entry: Entry, spec: DeviceSpec) -> bool:
     moved = [it for it in (services.node_id, services.bitrate) if it is not None]
     reached = {key for it in moved for key in spec.companions((it.object, 0))}
     return entry.kind == "config" and entry.key not in reached and entry.readable
+
+
+def unmet_conditions(node: Node, entry: Entry) -> Iterator[tuple[Entry, int]]:
+    """Return what other entries must hold before this one accepts a new value, as far as they do not."""
+    for condition in entry.writable_while:
+        other = node.spec.entries.get(condition.key)
+        if other is None or not other.type.is_integer:
+            continue
+        if other.optional and node.sdo.upload(*other.key).refused:
+            continue
+        present = node.number(*other.key)
+        if not condition.holds(present):
+            yield other, condition.applied(present)
 
 
 class Settings:
@@ -141,24 +154,13 @@ class Settings:
                 self._write_tpdo(tpdo, number, keys, values)
 
     def _write_one(self, key: Key, data: bytes) -> None:
-        self._meet_conditions(self._spec.entries[key])
+        # their own values come after that
+        for other, wanted in unmet_conditions(self._node, self._spec.entries[key]):
+            self._node.write(*other.key, other.type.encode(wanted))
         emcy = self._spec.services.emcy_producer
         if emcy is not None and key == (emcy.object, 0):
             self._node.write(*key, _disabled(self._node.upload(*key)))
         self._node.write(*key, data)
-
-    def _meet_conditions(self, entry: Entry) -> None:
-        """Give other settings what they must hold meanwhile; their own values come after that."""
-        for condition in entry.writable_while:
-            other = self._spec.entries.get(condition.key)
-            if other is None or not other.type.is_integer:
-                continue
-            if other.optional and self._node.sdo.upload(*other.key).refused:
-                continue
-            present = self._node.number(*condition.key)
-            if not condition.holds(present):
-                wanted = condition.applied(present)
-                self._node.write(*condition.key, other.type.encode(wanted))
 
     def _write_tpdo(
         self, tpdo: Tpdo, number: int, keys: list[Key], values: Mapping[Key, bytes]

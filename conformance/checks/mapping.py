@@ -254,6 +254,12 @@ def judge_code(verdict: Verdict, what: str, answer: Transfer, codes: Collection[
     )
 
 
+def judge_step_code(verdict: Verdict, step: Step) -> None:
+    """Judge that a step was refused because an object is not to be mapped, or the mapping not possible."""
+    codes = NOT_POSSIBLE if step.counts else NOT_MAPPABLE
+    judge_code(verdict, step.what, step.answer, codes)
+
+
 def require_refused(step: Step, see: str) -> None:
     """Make sure that there is an abort whose code can be judged.
 

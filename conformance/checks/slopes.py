@@ -11,7 +11,7 @@ from conformance.bench.node import Node
 from conformance.bench.sdo import Transfer
 from conformance.bench.slope import Seen, SlopePort, degrees
 from conformance.checks import cases
-from conformance.checks.limits import STEPS
+from conformance.checks.limits import STEPS, tilt_tolerance_deg
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, Cases
 from conformance.spec.behaviours import Slope
@@ -213,6 +213,13 @@ def port_of(node: Node, slope: MeasuredSlope) -> SlopePort:
     return SlopePort(node, slope.entry, slope.rule)
 
 
+def upright_port_of(node: Node, slope: MeasuredSlope) -> SlopePort:
+    """Return a slope of the node, which is not inverted."""
+    port = port_of(node, slope)
+    port.invert(on=False)
+    return port
+
+
 def targets(slope: MeasuredSlope, step_deg: float) -> list[int]:
     """Return values in steps well inside the range and the type, so that a slope may show them."""
     shares = (-0.5, 0.0, 0.5) if slope.low_deg < 0 else (0.0, 0.25, 0.5)
@@ -284,6 +291,24 @@ def within_a_turn(slope: MeasuredSlope, value_deg: float, near_deg: float) -> fl
     if not slope.turn:
         return value_deg
     return math.remainder(value_deg - near_deg, TURN_DEG) + near_deg
+
+
+def judge_angle(
+    verdict: Verdict,
+    what: str,
+    slope: MeasuredSlope,
+    shown_deg: float,
+    tilt_deg: float,
+    step_deg: float,
+) -> None:
+    """Judge that a slope shows the angle of a tilt, or one a whole turn from it where it may."""
+    verdict.within(
+        what,
+        [within_a_turn(slope, shown_deg, tilt_deg)],
+        tilt_deg,
+        tilt_tolerance_deg(step_deg),
+        unit="deg",
+    )
 
 
 def turn_steps(slope: MeasuredSlope, step_deg: float) -> float:

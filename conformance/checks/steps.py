@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from conformance.bench.heartbeat import HeartbeatPort, name_of
 from conformance.bench.node import Node
+from conformance.bench.settings import unmet_conditions
 from conformance.bench.tpdo import TpdoPort
 from conformance.checks.cases import Limits, is_mapping, is_pdo_object, legal_values, limits
 from conformance.errors import NodeTimeout, SetupRefused
@@ -92,14 +93,8 @@ def require_writable(node: Node, entry: Entry) -> None:
 
 def _meet_conditions(node: Node, entry: Entry) -> None:
     """Give other entries what they must hold before this one accepts a new value."""
-    for condition in entry.writable_while:
-        other = node.spec.entries.get(condition.key)
-        if other is None or (other.optional and node.sdo.upload(*other.key).refused):
-            continue
-        present = node.number(*condition.key)
-        if not condition.holds(present):
-            wanted = condition.applied(present)
-            node.download(*condition.key, wanted)
+    for other, wanted in unmet_conditions(node, entry):
+        node.download(*other.key, wanted)
     for other in node.spec.entries.values():
         if other.limits_by is not None and other.limits_by.key == entry.key:
             _settle(node, other)
@@ -138,6 +133,21 @@ def tpdo_service(node: Node) -> Tpdo:
     if tpdo is None:
         raise SetupRefused("the manual documents no TPDO")
     return tpdo
+
+
+def run_and_switch_off(heartbeat: HeartbeatPort) -> int:
+    """Switch the heartbeat on, see it, switch it off and return the period that it had, in ms.
+
+    Raises:
+        SetupRefused: It did not come.
+    """
+    period_ms = heartbeat.typical_ms
+    heartbeat.enter()
+    heartbeat.set(period_ms)
+    if len(heartbeat.collect(2, 4 * period_ms / 1000)) < 2:
+        raise SetupRefused("there is no heartbeat to be switched off, see HB-01")
+    heartbeat.set(heartbeat.producer.off)
+    return period_ms
 
 
 def require_alive(node: Node) -> None:

@@ -5,9 +5,10 @@ CiA 301 v4.2.0, 7.2.4.3.17 (abort codes), 7.4 (object dictionary).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 
 from conformance.bench.node import Node
+from conformance.bench.sdo import Transfer
 from conformance.bench.second_values import is_cob_id
 from conformance.checks import cases
 from conformance.checks.steps import make_writable, own_value, require_writable
@@ -33,6 +34,18 @@ def _disputed(which: Callable[[Entry, DeviceSpec], bool], attribute: str) -> tup
     return "entry", generate
 
 
+def _judge_answer(
+    verdict: Verdict, what: str, transfer: Transfer, taken: str, codes: Collection[AbortCode]
+) -> None:
+    """Judge that a transfer was carried out, or refused with one of some codes."""
+    verdict.holds(
+        what,
+        expected=f"{taken} or {' or '.join(describe(code) for code in codes)}",
+        actual=str(transfer),
+        ok=transfer.confirmed or transfer.abort in codes,
+    )
+
+
 def _follow(verdict: Verdict, entry: Entry, agrees: Callable[[Entry], bool]) -> None:
     """Note the first reading that agrees with what was seen, unless it is the judged one."""
     if agrees(entry):
@@ -55,12 +68,7 @@ def test_optional_entry_is_there_or_not(node: Node, entry: Entry, verdict: Verdi
     transfer = node.sdo.upload(*entry.key)
 
     codes = (*MISSING, *(cases.REFUSED_READ if entry.access == "wo" else ()))
-    verdict.holds(
-        f"upload of {entry.address}",
-        expected=f"a value or {' or '.join(describe(code) for code in codes)}",
-        actual=str(transfer),
-        ok=transfer.confirmed or transfer.abort in codes,
-    )
+    _judge_answer(verdict, f"upload of {entry.address}", transfer, "a value", codes)
 
 
 def _read(entry: Entry, spec: DeviceSpec) -> bool:
@@ -77,13 +85,8 @@ def test_entry_of_disputed_access_is_read_or_refused(
     if transfer.abort in MISSING:
         raise SetupRefused(f"{entry.address} does not exist, see OD-01")
 
-    codes = " or ".join(describe(code) for code in cases.REFUSED_READ)
-    verdict.holds(
-        f"upload of {entry.address}",
-        expected=f"a value or {codes}",
-        actual=str(transfer),
-        ok=transfer.confirmed or transfer.abort in cases.REFUSED_READ,
-    )
+    what = f"upload of {entry.address}"
+    _judge_answer(verdict, what, transfer, "a value", cases.REFUSED_READ)
     _follow(verdict, entry, lambda it: it.readable == transfer.confirmed)
 
 
@@ -106,13 +109,8 @@ def test_entry_of_disputed_access_is_written_or_refused(
 
     transfer = node.try_download(*entry.key, data)
 
-    codes = " or ".join(describe(code) for code in cases.REFUSED_WRITE)
-    verdict.holds(
-        f"download of its own value to {entry.address}",
-        expected=f"confirmed or {codes}",
-        actual=str(transfer),
-        ok=transfer.confirmed or transfer.abort in cases.REFUSED_WRITE,
-    )
+    what = f"download of its own value to {entry.address}"
+    _judge_answer(verdict, what, transfer, "confirmed", cases.REFUSED_WRITE)
     _follow(verdict, entry, lambda it: it.writable == transfer.confirmed)
 
 
@@ -152,18 +150,13 @@ def _disputed_values(entry: Entry) -> list[int]:
 def test_disputed_value_is_taken_or_refused(node: Node, entry: Entry, verdict: Verdict) -> None:
     """A value that only some readings allow is taken and read back, or refused as out of range."""
     require_writable(node, entry)
-    codes = " or ".join(describe(code) for code in cases.OUT_OF_RANGE)
     taken: dict[int, bool] = {}
 
     for value in _disputed_values(entry):
         transfer = node.try_download(*entry.key, entry.type.encode(value))
         taken[value] = transfer.confirmed
-        verdict.holds(
-            f"download of {value} to {entry.address}",
-            expected=f"confirmed or {codes}",
-            actual=str(transfer),
-            ok=transfer.confirmed or transfer.abort in cases.OUT_OF_RANGE,
-        )
+        what = f"download of {value} to {entry.address}"
+        _judge_answer(verdict, what, transfer, "confirmed", cases.OUT_OF_RANGE)
         if transfer.confirmed and all(it.readable for it in entry.readings):
             verdict.equal(f"value of {entry.address}", node.number(*entry.key), value)
 

@@ -14,8 +14,7 @@ from conformance.bench.heartbeat import (
 )
 from conformance.bench.node import Node
 from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
-from conformance.checks.steps import ENTER, require_alive, state_word
-from conformance.errors import SetupRefused
+from conformance.checks.steps import ENTER, require_alive, run_and_switch_off, state_word
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, address
 from conformance.verdict import Verdict
@@ -118,12 +117,7 @@ def test_heartbeat_is_switched_off(
     node: Node, heartbeat: HeartbeatPort, index: int, verdict: Verdict
 ) -> None:
     """With the documented off value no heartbeat comes once the running period is over."""
-    period_ms = heartbeat.typical_ms
-    heartbeat.enter()
-    heartbeat.set(period_ms)
-    if len(heartbeat.collect(2, 4 * period_ms / 1000)) < 2:
-        raise SetupRefused("there is no heartbeat to be switched off, see HB-01")
-    heartbeat.set(heartbeat.producer.off)
+    period_ms = run_and_switch_off(heartbeat)
     node.link.listen(1.5 * period_ms / 1000, node.is_error_control)
 
     silent = node.link.listen(10 * period_ms / 1000, node.is_error_control)

@@ -10,7 +10,7 @@ from conformance.bench.link import Stamped
 from conformance.bench.node import Node
 from conformance.checks.cases import neighbours
 from conformance.checks.limits import gap_tolerance_ms, mean
-from conformance.checks.steps import ENTER, state_word
+from conformance.checks.steps import ENTER, require_alive, run_and_switch_off, state_word
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, address
@@ -71,12 +71,7 @@ def test_heartbeat_stays_off_in_each_state(
     node: Node, heartbeat: HeartbeatPort, state: NmtState, verdict: Verdict
 ) -> None:
     """Switched off, the heartbeat does not come back with a change of the NMT state."""
-    period_ms = heartbeat.typical_ms
-    heartbeat.enter()
-    heartbeat.set(period_ms)
-    if len(heartbeat.collect(2, 4 * period_ms / 1000)) < 2:
-        raise SetupRefused("there is no heartbeat to be switched off, see HB-01")
-    heartbeat.set(heartbeat.producer.off)
+    period_ms = run_and_switch_off(heartbeat)
     node.nmt(ENTER[state])
     node.link.listen(1.5 * period_ms / 1000, node.is_error_control)
 
@@ -84,8 +79,7 @@ def test_heartbeat_stays_off_in_each_state(
 
     verdict.equal("heartbeats with the time off", len(silent), 0)
     node.nmt(ENTER[NmtState.PRE_OPERATIONAL])
-    if not node.answers():
-        raise SetupRefused("the node does not answer after the silence to be judged")
+    require_alive(node)
 
 
 def _producer_alone(spec: DeviceSpec) -> Iterable[Case]:

@@ -22,13 +22,14 @@ from conformance.checks.slopes import (
     Other,
     distance,
     error_limits,
+    judge_angle,
     margin_of,
     measured_slopes,
     port_of,
     range_readings,
     slopes,
     turn_steps,
-    within_a_turn,
+    upright_port_of,
 )
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, Cases, requirement
@@ -54,8 +55,7 @@ def test_slope_follows_the_tilt(
     node: Node, slope: MeasuredSlope, stimulus: Stimulus, verdict: Verdict
 ) -> None:
     """A slope changes by the angle by which the device is tilted, over its range and with its sign."""
-    port = port_of(node, slope)
-    port.invert(on=False)
+    port = upright_port_of(node, slope)
     step_deg = port.step_deg
     port.tilt(stimulus, 0.0)
     level = port.seen()
@@ -63,13 +63,8 @@ def test_slope_follows_the_tilt(
     for tilt_deg in _that_fit(slope, level, step_deg):
         port.tilt(stimulus, tilt_deg)
         change_deg = (port.seen().value - level.value) * step_deg
-        verdict.within(
-            f"change of {slope.entry.address} for {tilt_deg:g} deg",
-            [within_a_turn(slope, change_deg, tilt_deg)],
-            tilt_deg,
-            tilt_tolerance_deg(step_deg),
-            unit="deg",
-        )
+        what = f"change of {slope.entry.address} for {tilt_deg:g} deg"
+        judge_angle(verdict, what, slope, change_deg, tilt_deg, step_deg)
 
 
 def _that_fit(slope: MeasuredSlope, level: Seen, step_deg: float) -> list[float]:
@@ -135,8 +130,7 @@ def test_slope_beyond_its_limit(
     node: Node, slope: MeasuredSlope, stimulus: Stimulus, verdict: Verdict
 ) -> None:
     """Tilted beyond the limit of an error, a slope stops at the limit, or goes on, as documented."""
-    port = port_of(node, slope)
-    port.invert(on=False)
+    port = upright_port_of(node, slope)
     step_deg = port.step_deg
     port.tilt(stimulus, 0.0)
     level = port.seen()

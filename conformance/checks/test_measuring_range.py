@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from conformance.bench.node import Node
-from conformance.bench.slope import SlopePort
 from conformance.bench.stimulus import Stimulus
-from conformance.checks.limits import STEPS, tilt_tolerance_deg
+from conformance.checks.limits import STEPS
 from conformance.checks.slopes import (
     TURN_DEG,
     MeasuredSlope,
     error_limits,
-    port_of,
+    judge_angle,
     slopes,
-    within_a_turn,
+    upright_port_of,
 )
 from conformance.errors import SetupRefused
 from conformance.requirements import requirement
@@ -79,7 +78,7 @@ def test_slope_covers_its_range(
     node: Node, slope: MeasuredSlope, stimulus: Stimulus, verdict: Verdict
 ) -> None:
     """A slope follows the tilt over the whole documented measuring range, up to both ends."""
-    port = _plain(node, slope)
+    port = upright_port_of(node, slope)
     step_deg = port.step_deg
     port.tilt(stimulus, 0.0)
     level = port.seen()
@@ -87,13 +86,8 @@ def test_slope_covers_its_range(
     for tilt_deg in _angles(node.spec, slope):
         port.tilt(stimulus, tilt_deg)
         change_deg = (port.seen().value - level.value) * step_deg
-        verdict.within(
-            f"change of {slope.entry.address} for {tilt_deg:g} deg",
-            [within_a_turn(slope, change_deg, tilt_deg)],
-            tilt_deg,
-            tilt_tolerance_deg(step_deg),
-            unit="deg",
-        )
+        what = f"change of {slope.entry.address} for {tilt_deg:g} deg"
+        judge_angle(verdict, what, slope, change_deg, tilt_deg, step_deg)
 
 
 @requirement(
@@ -107,20 +101,15 @@ def test_slope_is_the_tilt_itself(
     node: Node, slope: MeasuredSlope, stimulus: Stimulus, verdict: Verdict
 ) -> None:
     """A slope without offsets is the angle of the tilt itself: 0 where the device is level."""
-    port = _plain(node, slope)
+    port = upright_port_of(node, slope)
     if port.offset or port.differential:
         raise SetupRefused("the node has an offset, so that the slope is not the tilt itself")
     step_deg = port.step_deg
 
     for tilt_deg in (0.0, *_angles(node.spec, slope)):
         port.tilt(stimulus, tilt_deg)
-        verdict.within(
-            f"{slope.entry.address} at {tilt_deg:g} deg",
-            [within_a_turn(slope, port.seen().value * step_deg, tilt_deg)],
-            tilt_deg,
-            tilt_tolerance_deg(step_deg),
-            unit="deg",
-        )
+        what = f"{slope.entry.address} at {tilt_deg:g} deg"
+        judge_angle(verdict, what, slope, port.seen().value * step_deg, tilt_deg, step_deg)
 
 
 @requirement(
@@ -134,7 +123,7 @@ def test_slope_stays_within_its_turn(
     node: Node, slope: MeasuredSlope, stimulus: Stimulus, verdict: Verdict
 ) -> None:
     """Turned further than once round, a slope without offset shows angles of the documented turn alone."""
-    port = _plain(node, slope)
+    port = upright_port_of(node, slope)
     if port.offset or port.differential:
         raise SetupRefused("the node has an offset, which may take the slope beyond its range")
     step_deg = port.step_deg
@@ -161,9 +150,3 @@ def test_slope_stays_within_its_turn(
     )
     if fitting and fitting[0] is not None:
         verdict.follows(fitting[0].ambiguity, fitting[0].reading)
-
-
-def _plain(node: Node, slope: MeasuredSlope) -> SlopePort:
-    port = port_of(node, slope)
-    port.invert(on=False)
-    return port

@@ -100,9 +100,7 @@ def test_excluded_object_has_its_abort_code(
     step = _offered(bench, node, port, entry, verdict)
 
     mapping.require_refused(step, "TPDO-40")
-    mapping.judge_code(
-        verdict, step.what, step.answer, NOT_POSSIBLE if step.counts else NOT_MAPPABLE
-    )
+    mapping.judge_step_code(verdict, step)
 
 
 def _no_index(spec: DeviceSpec) -> Iterable[Case]:
@@ -125,9 +123,7 @@ def test_missing_object_is_not_mapped(node: Node, word: int, verdict: Verdict) -
 
     step = mapping.refusal(node, port, [word])
 
-    mapping.judge_code(
-        verdict, step.what, step.answer, NOT_POSSIBLE if step.counts else NOT_MAPPABLE
-    )
+    mapping.judge_step_code(verdict, step)
 
 
 def _no_sub_index(spec: DeviceSpec) -> Iterable[Case]:
