@@ -13,6 +13,7 @@ import typer
 from conformance import catalogue as catalogue_of
 from conformance import resources, runner
 from conformance.errors import ConformanceError, SpecError
+from conformance.mutants.command import mutants
 from conformance.options import RunOptions
 from conformance.report import catalogue_page
 from conformance.report.console import console
@@ -42,6 +43,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 app.add_typer(spec_app, name="spec")
+app.command()(mutants)
 
 
 @app.command()

@@ -12,7 +12,7 @@ from conformance import resources
 from conformance.bench.definition import BenchDefinition
 from conformance.effects import LACKING, Effect, Need
 from conformance.errors import SpecError
-from conformance.simulator.faults import load_faults
+from conformance.simulator.fault_files import load_faults
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
 
@@ -83,7 +83,7 @@ def simulation(
     file = load_spec(path)
     variant = spec.variant if spec.variant in file.variants else None
     readings = _readings(options.readings)
-    file.resolve(variant, spec.node_id, readings)
+    file.changed(load_faults(options.faults).changes).resolve(variant, spec.node_id, readings)
     for ambiguity in file.document.ambiguities:
         number = readings.get(ambiguity.id, 1)
         if number > 1 and not ambiguity.readings[number - 1].changes:
@@ -91,7 +91,6 @@ def simulation(
                 f"--reading: expected one that changes a figure of the spec, got "
                 f"{ambiguity.id}={number}, which the simulated device cannot show"
             )
-    load_faults(options.faults)
     return {
         "channel": str(path),
         "variant": variant,

@@ -49,5 +49,7 @@ def find(folder: str, name: str, option: str) -> Path:
 def names(folder: str) -> list[str]:
     """Return the built-in names of a data folder."""
     return sorted(
-        path.stem for path in data(folder).glob("*.yaml") if not path.stem.endswith(".statements")
+        path.stem
+        for path in data(folder).glob("*.yaml")
+        if not path.stem.endswith((".statements", ".equivalents"))
     )

@@ -48,11 +48,35 @@ def run(run: Run) -> int:
     Raises:
         SpecError: No check matches the selection.
     """
+    progress = Progress(run)
+    run.progress, run.scan_progress = progress.item, progress.scan
+    with progress:
+        errors = play(run)
+    if run.results.aborted and not run.opened:
+        raise BenchError(run.results.aborted)
+    if not run.opened:
+        if run.options.select and not errors:
+            raise SpecError(
+                f"--select: expected a part of an item's id, got {run.options.select!r}"
+            )
+        raise RuntimeError("\n".join(errors) or "the checks did not start")
+    print_summary(run.results, str(run.directory), console)
+    return run.results.exit_code
+
+
+def play(run: Run, *plugins: object) -> list[str]:
+    """Have pytest run the checks.
+
+    Args:
+        run: What is run, and its record.
+        plugins: Of pytest, beside those of every run.
+
+    Returns:
+        What kept checks from being collected.
+    """
     for library in ("can", "canopen"):
         logging.getLogger(library).setLevel(logging.CRITICAL)  # what matters comes as an exception
     attach = _Attach(run)
-    progress = Progress(run)
-    run.progress, run.scan_progress = progress.item, progress.scan
     arguments = [
         *(f"-p{name}" for name in ("conformance.plugin", "pytest_timeout")),
         *(f"-pno:{name}" for name in UNUSED),
@@ -64,18 +88,9 @@ def run(run: Run) -> int:
         run.options.device,
         str(CHECKS),
     ]
-    with _undisturbed(), progress:
-        pytest.main(arguments, plugins=[attach])
-    if run.results.aborted and not run.opened:
-        raise BenchError(run.results.aborted)
-    if not run.opened:
-        if run.options.select and not attach.errors:
-            raise SpecError(
-                f"--select: expected a part of an item's id, got {run.options.select!r}"
-            )
-        raise RuntimeError("\n".join(attach.errors) or "the checks did not start")
-    print_summary(run.results, str(run.directory), console)
-    return run.results.exit_code
+    with _undisturbed():
+        pytest.main(arguments, plugins=[attach, *plugins])
+    return attach.errors
 
 
 @contextmanager

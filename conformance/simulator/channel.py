@@ -10,7 +10,7 @@ from conformance.errors import SpecError
 from conformance.resources import find, is_file
 from conformance.simulator.bus import SimulatedBus
 from conformance.simulator.device import SimulatedDevice
-from conformance.simulator.faults import load_faults
+from conformance.simulator.fault_files import load_faults
 from conformance.spec.load import load_spec
 
 Clock: TypeAlias = Literal["virtual", "real"]

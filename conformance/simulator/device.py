@@ -65,12 +65,12 @@ class SimulatedDevice:
     ) -> None:
         # every reading named, so that no alternatives have to be worked out
         self._readings = chosen_readings(spec_file.document.ambiguities, readings)
-        self._file = spec_file
-        self.spec = spec_file.resolve(variant, node_id, self._readings)
+        self.faults = faults or Faults()
+        self._file = spec_file.changed(self.faults.changes)
+        self.spec = self._file.resolve(variant, node_id, self._readings)
         self.memory = NonVolatileMemory(serial_number, self.spec.node_id, self.spec.bitrate)
         identity.remember_node_id(self.spec, self.memory, self.spec.node_id)
         self.world = World()
-        self.faults = faults or Faults()
         self.bitrate = self.spec.bitrate
         self.powered = False
         self._random = random.Random(seed)  # noqa: S311 - repeatable defects, no secrets

@@ -1,21 +1,12 @@
-"""Defects of a simulated device: named knobs, and the files that turn them."""
+"""Defects of a simulated device: named knobs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from conformance.errors import SpecError
-from conformance.resources import find
 from conformance.spec.services import LightCondition
-from conformance.spec.validation import validate
-from conformance.spec.yaml_reader import YamlFile, read_yaml
-
-FOLDER = "fixtures/faults"
-OPTION = "--fault"
 
 Factor: TypeAlias = Annotated[float, Field(gt=0)]
 Command: TypeAlias = Literal[
@@ -52,6 +43,11 @@ class Faults(BaseModel):
     """How a simulated device deviates from its spec; without arguments it does not."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    # what its manual says
+    changes: dict[str, Any] = Field(
+        default={}, description="Paths in the device's spec and the values it has there instead."
+    )
 
     # the whole device
     silent: bool = Field(default=False, description="Sends nothing at all, not even boot-up.")
@@ -502,54 +498,3 @@ class Faults(BaseModel):
     lights_show: dict[LightCondition, dict[str, str]] = Field(
         default={}, description="Under a condition, the pattern that a light shows instead."
     )
-
-
-class _File(BaseModel):
-    """A fault file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-    format: Literal[1]
-    what: Annotated[str, Field(min_length=1)]
-    inject: Faults
-
-
-def load_faults(names_or_paths: Sequence[str]) -> Faults:
-    """Return the faults of several files together.
-
-    Raises:
-        SpecError: A file is missing or wrong, or two files turn one knob to different values.
-    """
-    combined: dict[str, Any] = {}
-    turned_by: dict[str, Path] = {}
-    for name in names_or_paths:
-        yaml = read_yaml(find(FOLDER, name, OPTION))
-        faults = _read(yaml).inject
-        for knob in faults.model_fields_set:
-            value = getattr(faults, knob)
-            if combined.setdefault(knob, value) != value:
-                raise SpecError(
-                    yaml.problem(
-                        ("inject", knob),
-                        f"expected {combined[knob]!r} as in {turned_by[knob].name}, got {value!r}",
-                    )
-                )
-            turned_by.setdefault(knob, yaml.path)
-    return Faults(**combined)
-
-
-def describe_fault(name_or_path: str) -> str:
-    """Return the sentence that says which defect a fault file stands for.
-
-    Raises:
-        SpecError: The file is missing or wrong.
-    """
-    return _read(read_yaml(find(FOLDER, name_or_path, OPTION))).what
-
-
-def _read(yaml: YamlFile) -> _File:
-    file, problems = validate(_File, yaml)
-    problems = [*yaml.problems, *problems]
-    if file is None or problems:
-        raise SpecError(*problems)
-    return file

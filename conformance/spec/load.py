@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from conformance.errors import Problem, SpecError
 from conformance.spec.behaviours import Behaviour, named_objects
@@ -29,10 +30,17 @@ from conformance.spec.yaml_reader import Path_, YamlFile, read_yaml, spell
 
 @dataclass(frozen=True, slots=True)
 class SpecFile:
-    """A device spec file that holds together."""
+    """A device spec file that holds together.
+
+    Args:
+        yaml: The file.
+        document: Its content.
+        changes: Path to the value a device has there instead, whatever reading it follows.
+    """
 
     yaml: YamlFile
     document: SpecDocument
+    changes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -43,6 +51,23 @@ class SpecFile:
     def variants(self) -> tuple[str, ...]:
         """Names of the variants; the first one is the default."""
         return tuple(self.document.variants)
+
+    def changed(self, changes: Mapping[str, Any]) -> SpecFile:
+        """Return the spec of a device that differs from this one.
+
+        Args:
+            changes: Path in the file (``objects/0x1017/default``) to the value there instead.
+
+        Raises:
+            SpecError: A path does not exist, or a value does not fit it.
+        """
+        try:
+            patched(self.document, self.yaml.data, changes)
+        except ChangeError as error:
+            raise SpecError(
+                *(f"--fault: {spell(path)}: {text}" for path, text in error.mistakes)
+            ) from error
+        return replace(self, changes=dict(changes))
 
     def resolve(
         self,
@@ -177,7 +202,7 @@ class SpecFile:
     def _under(self, chosen: Mapping[str, int]) -> SpecDocument:
         ambiguities = self.document.ambiguities
         changes = changes_of(ambiguities, [chosen[ambiguity.id] for ambiguity in ambiguities])
-        return patched(self.document, self.yaml.data, changes)
+        return patched(self.document, self.yaml.data, {**changes, **self.changes})
 
     def _conflict(self, asked: Mapping[str, int], error: ChangeError) -> str:
         path, text = error.mistakes[0]

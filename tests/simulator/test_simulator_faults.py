@@ -8,7 +8,8 @@ import pytest
 
 from conformance.errors import SpecError
 from conformance.resources import names
-from conformance.simulator.faults import FOLDER, Faults, describe_fault, load_faults
+from conformance.simulator.fault_files import FOLDER, load_faults, read_fault
+from conformance.simulator.faults import Faults
 from conformance.simulator.interface import SimulatorBus
 from conformance.spec.yaml_reader import read_yaml
 
@@ -104,7 +105,7 @@ def test_every_fault_file_is_tested_and_every_knob_has_a_file() -> None:
 
 @pytest.mark.parametrize("name", names(FOLDER))
 def test_a_fault_says_in_one_sentence_what_it_stands_for(name: str) -> None:
-    what = describe_fault(name)
+    what = read_fault(name).what
     assert what.endswith(".")
     assert what.count(". ") == 0
 

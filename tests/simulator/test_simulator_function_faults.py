@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from conformance.simulator.faults import load_faults
+from conformance.simulator.fault_files import load_faults
 from conformance.spec.yaml_reader import read_yaml
 
 EFFECTS: dict[str, dict[str, Any]] = read_yaml(

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from conformance.resources import names
 from conformance.simulator.device import SimulatedDevice
-from conformance.simulator.faults import FOLDER, Faults, load_faults
+from conformance.simulator.fault_files import FOLDER, load_faults
+from conformance.simulator.faults import Faults
 from conformance.spec.load import load_spec
 from conformance.wire.frame import Frame
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import pytest
 
-from conformance.simulator.faults import load_faults
+from conformance.simulator.fault_files import load_faults
 
 if TYPE_CHECKING:
     from tests.simulator.conftest import Wired

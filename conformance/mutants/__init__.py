@@ -1,0 +1,1 @@
+"""Defects put before the suite, one device each: which check sees it, and what else it accuses."""

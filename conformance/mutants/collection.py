@@ -1,0 +1,75 @@
+"""Every defect that a device is tried with."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+from conformance import resources
+from conformance.errors import SpecError
+from conformance.mutants.defect import Defect
+from conformance.mutants.entries import entry_defects
+from conformance.mutants.figures import behaviour_defects, service_defects
+from conformance.simulator.fault_files import FOLDER, load_faults, read_fault
+from conformance.spec.load import SpecFile
+from conformance.spec.model import DeviceSpec
+from conformance.spec.readings import ChangeError
+from conformance.spec.resolve import chosen_readings
+
+
+def all_defects(file: SpecFile, spec: DeviceSpec) -> list[Defect]:
+    """Return the defects of one variant: of each of its figures, and of the fault files.
+
+    Args:
+        file: The device spec.
+        spec: It, resolved for the variant.
+    """
+    figures = [*entry_defects(file, spec), *service_defects(spec), *behaviour_defects(spec)]
+    return [*{it.id: it for it in figures}.values(), *_files()]
+
+
+def real_defects(file: SpecFile, spec: DeviceSpec, defects: Iterable[Defect]) -> Iterator[Defect]:
+    """Return those defects that are some.
+
+    None is what no spec file may say, what changes nothing in this variant, and what another
+    reading of the manual has.
+    """
+    conforming = {_fingerprint(file, spec, {}), *_readings(file, spec)}
+    for defect in defects:
+        try:
+            changes = load_faults(defect.faults).changes
+            if not changes or _fingerprint(file.changed(changes), spec, {}) not in conforming:
+                yield defect
+        except SpecError:
+            continue
+
+
+def _readings(file: SpecFile, spec: DeviceSpec) -> Iterator[bytes]:
+    for ambiguity in file.document.ambiguities:
+        for number, reading in enumerate(ambiguity.readings, start=1):
+            if reading.changes and ambiguity.judged_by == "either":
+                try:
+                    yield _fingerprint(file, spec, {ambiguity.id: number})
+                except (SpecError, ChangeError):
+                    continue
+
+
+def _fingerprint(file: SpecFile, spec: DeviceSpec, readings: dict[str, int]) -> bytes:
+    """Return what tells apart what two devices do."""
+    chosen = chosen_readings(file.document.ambiguities, {**spec.readings, **readings})
+    other = file.resolve(spec.variant, spec.node_id, chosen)
+    entries = [
+        replace(it, name="", unit=None, bits=None, source="", sources={})
+        for it in other.entries.values()
+    ]
+    facts = (entries, other.services, other.behaviours)
+    return hashlib.sha256(repr(facts).encode()).digest()
+
+
+def _files() -> Iterator[Defect]:
+    for name in resources.names(FOLDER):
+        fault = read_fault(name)
+        yield Defect(
+            name, fault.what, (name,), "fault file", "faults", seen_by=tuple(fault.seen_by)
+        )
