@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from conformance.bench.channel import SdoChannel
 from conformance.bench.sdo import Answer, SdoPort, Transfer
+from conformance.errors import SetupRefused
 from conformance.wire import sdo
 from conformance.wire.abort import AbortCode
 from conformance.wire.errors import WireError
@@ -55,12 +56,19 @@ class BlockPort:
         return self._end_of_upload(data, reply, checked=crc and reply.crc)
 
     def upload_acknowledging(self, index: int, sub: int, sequence: int) -> Transfer:
-        """Acknowledge a segment of a block upload that never came, and return how that ends."""
+        """Acknowledge a segment of a block upload that never came, and return how that ends.
+
+        Raises:
+            SetupRefused: The upload is neither begun nor aborted.
+        """
         answer = self._sdo.ask(
             sdo.BlockUploadInitiate(index, sub, crc=False, block_size=BLOCK_SIZE)
         )
         if not isinstance(answer.response, sdo.BlockUploadInitiateReply):
-            return _ended(answer, "a block upload response")
+            ended = self._left_clean(index, sub, _ended(answer, "a block upload response"))
+            if ended.fault:
+                raise SetupRefused(f"{ended}, see SDO-30")
+            return ended
         self._tell(sdo.BlockUploadStart())
         for _ in range(BLOCK_SIZE):
             received = self._channel.receive()

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of
 from conformance.bench.node import Node
+from conformance.bench.second_values import is_cob_id
 from conformance.checks import cases
 from conformance.checks.cases import neighbours, with_heartbeat
 from conformance.checks.steps import ENTER, own_value, require_state, state_word
@@ -180,8 +181,9 @@ def _resets(spec: DeviceSpec) -> Iterable[Case]:
     )
     for command, area in areas:
         found = [entry for entry in spec.entries.values() if _changeable(entry, spec, area)]
-        # a plain number rather than a choice, which may do more than it says
-        for entry in sorted(found, key=lambda entry: entry.values is not None)[:1]:
+        # a plain number rather than a choice or a COB-ID, which may do more than it says
+        plain = [e for e in found if e.values is None and not is_cob_id(e, spec)]
+        for entry in (plain or found)[:1]:
             word = command.name.lower().replace("_", "-")
             yield Case(f"{word}/{entry.address}", Reset(command, entry), spec.services.nmt.source)
 

@@ -6,7 +6,7 @@ CiA 301 v4.2.0, 7.2.2 and 7.5.2.37.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil
 
@@ -46,11 +46,13 @@ class Pace:
         transmission_type: An asynchronous one, or n for every n-th SYNC.
         event_ms: Event timer; 0 for a synchronous TPDO.
         sync_ms: From one SYNC to the next.
+        sync_id: CAN-ID of SYNC.
     """
 
     transmission_type: int
     event_ms: int
     sync_ms: int
+    sync_id: int = cob_id.SYNC
 
     @property
     def period_ms(self) -> int:
@@ -159,7 +161,7 @@ def is_number(entry: Entry) -> bool:
 
 def mappable_entries(entry: Entry, spec: DeviceSpec) -> bool:
     """Pick what every reading of the manual lets be mapped, with the same type."""
-    mappable = bool(entry.mappable) and not entry.optional and is_number(entry)
+    mappable = bool(entry.mappable and entry.readable) and not entry.optional and is_number(entry)
     return spec.services.tpdo is not None and mappable and cases.same_type(entry)
 
 
@@ -180,7 +182,7 @@ def mappable(node: Node) -> list[Entry]:
 
 
 def paced(node: Node, number: int) -> Pace:
-    """Return what makes a TPDO come.
+    """Return what makes a TPDO come; to be called before the node is stopped, for it may be read.
 
     Raises:
         SetupRefused: The manual offers nothing.
@@ -190,7 +192,7 @@ def paced(node: Node, number: int) -> Pace:
         raise SetupRefused(
             "the manual offers neither an event timer nor SYNC to make the TPDO come"
         )
-    return pace
+    return pace if pace.event_ms else replace(pace, sync_id=sync_id(node))
 
 
 def sync_id(node: Node) -> int:
@@ -213,8 +215,9 @@ def send_sync(node: Node) -> None:
 def send_syncs(node: Node, port: TpdoPort, count: int) -> list[list[Stamped]]:
     """Send SYNCs and return the TPDOs that came after each, before the next."""
     answered = []
+    frame = sync.encode(sync.Sync(None), sync_id(node))
     for _ in range(count):
-        send_sync(node)
+        node.send(frame)
         answered.append(port.listen(sync_ms(node.spec) / 1000))
     answered[-1] += port.listen(LAST_S)
     return answered
@@ -249,7 +252,7 @@ def listen(node: Node, port: TpdoPort, pace: Pace) -> list[Stamped]:
         return port.listen(pace.window_s)
     seen = []
     for _ in range(round(pace.window_s * 1000 / pace.sync_ms)):
-        send_sync(node)
+        node.send(sync.encode(sync.Sync(None), pace.sync_id))
         seen += port.listen(pace.sync_ms / 1000)
     return seen
 

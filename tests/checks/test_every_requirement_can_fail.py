@@ -2,7 +2,8 @@
 
 ``defects/`` has a file per service: the requirement's id, and the fault that makes it fail on the
 two-axis IMS360, or ``{fault: …, device: …, variant: …, reading: …}`` where another device shows it. ``elsewhere``
-stands for a requirement that `test_seeded_defects.py` sees failing on a changed spec.
+stands for a requirement that `test_seeded_defects.py` sees failing on a changed spec, or
+`test_sdo_blocks.py` on a device with block transfers.
 """
 
 from __future__ import annotations

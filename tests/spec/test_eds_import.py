@@ -268,9 +268,11 @@ def test_services_follow_from_the_objects(imported: Import) -> None:
     assert services.emcy_producer.history is None
     assert services.tpdo is not None
     assert (services.tpdo.count, services.tpdo.max_mapped) == (1, 1)
+    assert services.tpdo.map_only_while == []
     assert services.store is not None
     assert list(services.store.groups) == [1, 2]
     assert services.lss is not None
+    assert "store-configuration" not in services.lss.configuration
     assert services.restore is None
     assert services.sync_consumer is None
 

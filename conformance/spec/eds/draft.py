@@ -10,7 +10,7 @@ from conformance.errors import Problem
 from conformance.spec.eds.ini import IniLine
 from conformance.spec.eds.kinds import SERIAL_NUMBER, follows_of, kind_of
 from conformance.spec.eds.model import EdsEntry, EdsFile, EdsObject
-from conformance.spec.eds.services import MAPPING, services_of, tpdo_count
+from conformance.spec.eds.services import MAPPING, UNSAID, services_of, tpdo_count
 from conformance.spec.eds.values import Number
 from conformance.spec.eds.yaml_text import Hex, is_frame
 from conformance.spec.yaml_reader import Path_
@@ -56,6 +56,8 @@ class Draft:
 def draft_objects(draft: Draft) -> None:
     """Enter the services and every object of the EDS."""
     draft.data["services"] = services_of(draft.eds)
+    for name in draft.data["services"].keys() & UNSAID.keys():
+        draft.comments["services", name].append(f"the EDS does not say {UNSAID[name]}")
     draft.data["objects"] = {}
     for index, item in draft.eds.objects.items():
         if item.entries:

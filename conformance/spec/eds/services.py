@@ -18,7 +18,6 @@ _LSS_CONFIGURATION: Final = [
     "configure-node-id",
     "configure-bit-timing",
     "activate-bit-timing",
-    "store-configuration",
     "inquire-identity",
     "inquire-node-id",
 ]
@@ -41,6 +40,13 @@ def services_of(eds: EdsFile) -> dict[str, Any]:
         "lss": _lss(eds),
     }
     return {name: block for name, block in blocks.items() if block is not None}
+
+
+UNSAID: Final = {
+    "tpdo": "when a mapping may be written (map_only_while)",
+    "lss": "whether LSS stores (store-configuration)",
+}
+"""What an EDS does not say of a service, and the standard leaves to the device."""
 
 
 def tpdo_count(eds: EdsFile) -> int:
@@ -124,7 +130,7 @@ def _tpdo(eds: EdsFile) -> dict[str, Any] | None:
         "count": count,
         "max_mapped": min(most, _MOST_MAPPED),
         "transmission_types": _types(first[2]),
-        "map_only_while": ["disabled", "count-zero"],
+        "map_only_while": [],
         "source": f"line {first[0].line}; CiA 301",
     }
 
