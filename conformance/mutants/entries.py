@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any, get_args
 
 from conformance.mutants.defect import Defect, change, path, without
@@ -126,17 +127,21 @@ class _Entry:
             yield self._made("default", value, str(value), what)
 
     def _type(self) -> Iterator[Defect]:
-        kind = self._entry.type
+        kind, default = self._entry.type, self._entry.default
         if not kind.is_integer:
             return
-        sign, other = (
-            ("UNSIGNED", "INTEGER") if kind.name.startswith("U") else ("INTEGER", "UNSIGNED")
-        )
-        names = [f"{sign}{bits}" for bits in OTHER_LENGTHS[kind.bits or 0]]
+        unsigned = kind.name.startswith("U")
+        own, opposite = ("UNSIGNED", "INTEGER") if unsigned else ("INTEGER", "UNSIGNED")
+        names = [f"{own}{bits}" for bits in OTHER_LENGTHS[kind.bits or 0]]
         if self._entry.kind == "live":
-            names.append(f"{other}{kind.bits}")
+            names.append(f"{opposite}{kind.bits}")
         for name in names:
-            yield self._made("type", name, name, f"{name} instead of {kind.name}")
+            made = self._made("type", name, name, f"{name} instead of {kind.name}")
+            other = DataType[name]
+            if isinstance(default, int) and not _fits(other, default):
+                cut = change(f"{self._place}/default", default & other.maximum)
+                made = replace(made, faults=(*made.faults, cut))
+            yield made
 
     def _access(self) -> Iterator[Defect]:
         own = self._entry.access

@@ -152,6 +152,8 @@ class Trials:
             config.stash[BENCH] = run.begin(defect.faults)
         except BenchError as error:
             return Outcome(defect, (), aborted=str(error))
+        except Exception as error:  # noqa: BLE001 - one defect that the simulated device cannot have
+            return Outcome(defect, (), aborted=f"{type(error).__name__}: {error}")
         for item, following in pairwise([*items, None]):
             config.hook.pytest_runtest_protocol(item=item, nextitem=following)
             if session.shouldstop:
