@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test check benchmark schema reference clean
+.PHONY: demo test check benchmark schema reference samples clean
 
 demo: .venv/installed
 	$(BIN)/canopen-conformance run siko_ims360
@@ -25,6 +25,9 @@ schema: .venv/installed-dev
 
 reference: .venv/installed-dev
 	$(BIN)/python -m conformance.checks.reference
+
+samples: .venv/installed-dev
+	$(BIN)/python tests/independent/samples.py
 
 clean:
 	rm -rf .venv dist build .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

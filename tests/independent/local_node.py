@@ -1,114 +1,112 @@
-"""Runs the suite against python-canopen's LocalNode, a CANopen device that nobody here wrote.
+"""A device made with python-canopen's LocalNode, which nobody here wrote; it exports its own EDS.
 
-By hand: `python tests/independent/local_node.py siko_ims360 --select "HB or SDO"`. The device and
-the suite share one process, for python-can's `virtual` interface reaches no further. All stack
-behaviour is python-canopen's: SDO server, NMT slave, heartbeat, TPDO maps. What is added is the
-application that its documentation leaves to the user, and nothing that makes a check pass: the
-values of the objects, and starting and stopping of TPDOs by state, event timer and SYNC.
+All stack behaviour is python-canopen's: SDO server, NMT slave, heartbeat, TPDO maps. What is added
+is the application that its documentation leaves to the user, and nothing that makes a check pass:
+the objects, their values, and starting and stopping of TPDOs by state, event timer and SYNC.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
-import logging
-import sys
-import time
-from pathlib import Path
+import io
 
 import can
 import canopen
-from canopen.objectdictionary import ObjectDictionary, ODRecord, ODVariable
+from canopen import objectdictionary
+from canopen.objectdictionary import ObjectDictionary, ODRecord, ODVariable, datatypes
 from canopen.pdo import PdoMap
 from canopen.sdo.exceptions import SdoAbortedError
 
-from conformance import cli, resources
-from conformance.spec.load import load_spec
-from conformance.spec.model import DeviceSpec, Entry
-from conformance.wire.datatypes import Value
-
+NODE_ID = 0x01
 OPERATIONAL = 5
 SYNCHRONOUS = range(1, 241)
 ASYNCHRONOUS = (254, 255)
 COMMUNICATION, MAPPING = range(0x1800, 0x1A00), range(0x1A00, 0x1C00)
-BENCH = """\
-format: 1
-what: python-canopen's LocalNode in this process.
-interface: virtual
-channel: {channel}
-power: none
-allow: [reads, writes, resets, restores, non-volatile, other-nodes]
-sdo_timeout_s: 2
-boot_up_timeout_s: 0.5
-"""
-"""Every request is answered, so a long SDO timeout costs nothing and rides out a busy machine; no
-reset is followed by a boot-up message, so each costs the whole of the other."""
+FILTER_TIME, TEMPERATURE, HUMIDITY = 0x2000, 0x6000, 0x6001
+WORDS = [[TEMPERATURE << 16 | 16, 0, 0, 0], [TEMPERATURE << 16 | 16, HUMIDITY << 16 | 8, 0, 0]]
 
 
-def build_dictionary(spec: DeviceSpec) -> ObjectDictionary:
-    """Return what the manual lists, in python-canopen's terms; reserved entries do not exist."""
+def build_dictionary() -> ObjectDictionary:
+    """Return what a small thermometer has."""
     dictionary = ObjectDictionary()  # type: ignore[no-untyped-call]  # canopen is partly untyped
-    for index in spec.indices():
-        entries = [entry for entry in spec.subs(index) if not entry.reserved]
-        if not entries[0].in_record:
-            dictionary.add_object(_variable(entries[0]))
-            continue
-        record = ODRecord(f"Object {index:04X}h", index)
-        for entry in entries:
-            record.add_member(_variable(entry))
-        dictionary.add_object(record)
+    info = dictionary.device_information
+    info.vendor_name, info.product_name = "Nobody", "thermometer"
+    info.allowed_baudrates = {125_000}
+    dictionary.node_id, dictionary.bitrate = NODE_ID, 125_000
+    u8, u16, u32 = datatypes.UNSIGNED8, datatypes.UNSIGNED16, datatypes.UNSIGNED32
+    text = datatypes.VISIBLE_STRING
+    variables = (
+        ("Device type", 0x1000, u32, "ro", 0x0002_0191),
+        ("Error register", 0x1001, u8, "ro", 0),
+        ("COB-ID SYNC", 0x1005, u32, "rw", 0x80),
+        ("Device name", 0x1008, text, "const", "thermometer"),
+        ("Hardware version", 0x1009, text, "const", "A"),
+        ("Software version", 0x100A, text, "const", "1.00"),
+        ("Producer heartbeat time", 0x1017, u16, "rw", 0),
+        ("Filter time", FILTER_TIME, u16, "rw", 100),
+        ("Place", 0x2002, text, "rw", "hall 3, rack 12"),
+        ("Tag", 0x2003, datatypes.UNSIGNED64, "rw", 0),
+        ("Blink", 0x2004, u8, "wo", 0),
+        ("Temperature", TEMPERATURE, datatypes.INTEGER16, "ro", 215),
+        ("Humidity", HUMIDITY, u8, "ro", 45),
+    )
+    for name, index, kind, access, value in variables:
+        variable = _variable(name, index, 0, kind, access, value)
+        variable.pdo_mappable = index in (TEMPERATURE, HUMIDITY)
+        if index == FILTER_TIME:
+            variable.min, variable.max = 10, 2000
+        dictionary.add_object(variable)
+    identity = (4, 0x0000_0001, 0x0000_0002, 0x0001_0000, 0x0000_2A17)
+    _add_record(dictionary, "Identity", 0x1018, [(u32, "ro", value) for value in identity])
+    ids = [(u32, "ro", cob_id + NODE_ID) for cob_id in (0x600, 0x580)]
+    _add_record(dictionary, "SDO server parameter", 0x1200, [(u8, "ro", 2), *ids])
+    limits = [(datatypes.INTEGER16, "rw", -400), (datatypes.INTEGER16, "rw", 850)]
+    hysteresis = (datatypes.REAL32, "rw", 0.5)
+    _add_record(dictionary, "Limits", 0x2001, [(u8, "ro", 3), *limits, hysteresis])
+    for place, words in enumerate(WORDS):
+        parameter = ((u8, "ro", 5), (u32, "rw", 0x180 + 0x100 * place + NODE_ID), (u8, "rw", 254))
+        times = ((u16, "rw", 0), (u8, "rw", 0), (u16, "rw", 0))
+        _add_record(dictionary, f"TPDO {place + 1}", 0x1800 + place, [*parameter, *times])
+        count = (u8, "rw", sum(map(bool, words)))
+        mapped = [(u32, "rw", word) for word in words]
+        _add_record(dictionary, f"TPDO {place + 1} mapping", 0x1A00 + place, [count, *mapped])
     return dictionary
 
 
-def _variable(entry: Entry) -> ODVariable:
-    variable = ODVariable(f"{entry.name} {entry.address}", entry.index, entry.sub)
-    variable.data_type = int(entry.type)
-    variable.access_type = entry.access
-    variable.pdo_mappable = bool(entry.mappable)
-    variable.default = _value(entry)  # type: ignore[assignment]  # declared int, strings are taken
-    if entry.legal:
-        variable.min, variable.max = entry.legal[0][0], entry.legal[-1][1]
+def _add_record(
+    dictionary: ObjectDictionary, name: str, index: int, members: list[tuple[int, str, float]]
+) -> None:
+    record = ODRecord(name, index)
+    for sub, (kind, access, value) in enumerate(members):
+        number = datatypes.UNSIGNED8 if sub == 0 else kind
+        record.add_member(_variable(f"{name} {sub}", index, sub, number, access, value))
+    dictionary.add_object(record)
+
+
+def _variable(
+    name: str, index: int, sub: int, kind: int, access: str, value: float | str
+) -> ODVariable:
+    variable = ODVariable(name, index, sub)
+    variable.data_type, variable.access_type = kind, access
+    variable.default = value  # type: ignore[assignment]  # declared int, strings are taken
     return variable
-
-
-def _value(entry: Entry) -> Value:
-    """Return the default; where the manual prints none, some value of the right length."""
-    if entry.default is not None:
-        return entry.default
-    if not entry.type.is_integer:
-        return "1" * (entry.octets or (7, 7))[0]
-    return 0 if entry.writable else entry.index & 0x3F
 
 
 class LocalDevice(canopen.LocalNode):
     """A LocalNode with the application that makes it send TPDOs."""
 
-    def __init__(self, spec: DeviceSpec) -> None:
-        super().__init__(spec.node_id, build_dictionary(spec))
-        self._spec = spec
+    def __init__(self) -> None:
+        super().__init__(NODE_ID, build_dictionary())
         self._syncs: dict[int, int] = {}
-        self._held_at_start = {
-            key: entry.type.encode(_value(entry)) for key, entry in spec.entries.items()
-        }
 
     def start(self, network: canopen.Network) -> None:
         """Boot on an open network."""
         network.add_node(self)
-        # Subscribed after LocalNode's own, so called after it, in the same thread.
+        # Subscribed after LocalNode's own, so called after it.
         network.subscribe(0x000, self._on_nmt)
         sync = int.from_bytes(self.get_data(0x1005, 0), "little") & 0x7FF
         network.subscribe(sync, self._on_sync)
         self.nmt.state = "INITIALISING"
         self.nmt.state = "PRE-OPERATIONAL"
-
-    def changed(self) -> dict[str, str]:
-        """Return the entries that no longer hold what the node started with, with their content."""
-        return {
-            self._spec.entries[index, sub].address: data.hex(" ").upper()
-            for index, subs in self.data_store.items()
-            for sub, data in subs.items()
-            if data != self._held_at_start[index, sub]
-        }
 
     def set_data(
         self, index: int, subindex: int, data: bytes, check_writable: bool = False
@@ -151,38 +149,27 @@ class LocalDevice(canopen.LocalNode):
                     pdo.transmit()
 
 
-def judge(device: str, select: str, report_dir: Path) -> None:
-    """Run the suite's command against a LocalNode built from a spec, and exit as it does."""
-    report_dir.mkdir(parents=True, exist_ok=True)
-    bench = report_dir / "bench.yaml"
-    channel = f"local-node-{time.monotonic_ns()}"
-    bench.write_text(BENCH.format(channel=channel), encoding="utf-8")
-    spec = load_spec(resources.find("device_specs", device, "DEVICE")).resolve()
-    logging.getLogger("canopen").setLevel(logging.CRITICAL)
-    bus = can.Bus(interface="virtual", channel=channel, ignore_config=True)
-    with canopen.Network(bus) as network:
-        network.connect()
-        node = LocalDevice(spec)
-        node.start(network)
-        try:
-            sys.argv = ["canopen-conformance", "run", device, "--bench", str(bench)]
-            sys.argv += ["--select", select, "--report-dir", str(report_dir)]
-            cli.main()
-        finally:
-            node.nmt.stop_heartbeat()  # type: ignore[no-untyped-call]  # canopen is partly untyped
-            changed = json.dumps(node.changed(), indent=1)
-            (report_dir / "changed.json").write_text(changed, encoding="utf-8")
+def boot(bus: can.BusABC, _station: object) -> LocalDevice:
+    """Start the device on a bus."""
+    network = canopen.Network(bus)
+    network.connect()
+    node = LocalDevice()
+    node.start(network)
+    return node
 
 
-def main() -> None:
-    """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("device")
-    parser.add_argument("--select", default="")
-    parser.add_argument("--report-dir", type=Path, default=Path("reports/runs/local-node"))
-    arguments = parser.parse_args()
-    judge(arguments.device, arguments.select, arguments.report_dir)
+def eds_of(node: LocalDevice) -> str:
+    """Return the EDS that python-canopen makes of the dictionary."""
+    text = io.StringIO()
+    objectdictionary.export_od(node.object_dictionary, text, "eds")
+    return text.getvalue()
 
 
-if __name__ == "__main__":
-    main()
+def contents(node: LocalDevice) -> dict[str, bytes]:
+    """Return what every entry holds, by its address."""
+    held = {}
+    for item in node.object_dictionary.values():
+        for variable in [item] if isinstance(item, ODVariable) else item.values():
+            address = f"{variable.index:04X}h:{variable.subindex:02X}"
+            held[address] = node.get_data(variable.index, variable.subindex)
+    return held
