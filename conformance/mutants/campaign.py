@@ -75,7 +75,7 @@ class Campaign:
         baseline = self._baseline(options)
         tasks = self._tasks(chosen, baseline, equivalents)
         rows: dict[str, Row] = {}
-        for outcome in outcomes(options, tasks, self.processes):
+        for outcome in outcomes(options, tasks, self.processes, whole=self.whole):
             made = row(outcome, equivalents.why(outcome.defect))
             rows[outcome.defect.id] = made
             progress(len(rows), len(tasks), made)

@@ -12,8 +12,8 @@ from conformance.spec.load import SpecFile
 from conformance.spec.model import DeviceSpec, Entry, Range, StateName
 from conformance.wire.datatypes import DataType
 
-OTHER_LENGTHS = {8: (16,), 16: (8, 32), 32: (16,), 64: (32,)}
-"""Bits of an integer, and those of the types it is mistaken for."""
+OTHER_LENGTHS = {8: (16,), 16: (8, 32), 32: (16,)}
+"""Bits of an integer, and those of the types it is mistaken for; 32 for any other."""
 
 OTHER_SOURCES: dict[Follows, Follows] = {
     "tilt-x": "tilt-y",
@@ -132,7 +132,7 @@ class _Entry:
             return
         unsigned = kind.name.startswith("U")
         own, opposite = ("UNSIGNED", "INTEGER") if unsigned else ("INTEGER", "UNSIGNED")
-        names = [f"{own}{bits}" for bits in OTHER_LENGTHS[kind.bits or 0]]
+        names = [f"{own}{bits}" for bits in OTHER_LENGTHS.get(kind.bits or 0, (32,))]
         if self._entry.kind == "live":
             names.append(f"{opposite}{kind.bits}")
         for name in names:

@@ -19,6 +19,9 @@ from conformance.options import RunOptions
 from conformance.report.results import Item
 from conformance.run import Run
 
+ENOUGH = 8
+"""So many items that did not pass on a defect, one of them failed, are enough."""
+
 Round: TypeAlias = frozenset[str]
 """Ids of items that are run together."""
 
@@ -77,6 +80,12 @@ class TrialRun(Run):
         self._bench.find_node()
         return self._bench
 
+    @property
+    def has_seen_enough(self) -> bool:
+        """An item has failed, and not much more is to be learned from further ones."""
+        failed = any(item.verdict == "fail" for item in self.made)
+        return failed and sum(item.verdict != "pass" for item in self.made) >= ENOUGH
+
     def end(self) -> None:
         """Close the bench."""
         bench, self._bench = self._bench, None
@@ -91,6 +100,7 @@ class Trials:
         run: The run whose device changes.
         tasks: Each defect, and rounds of items: the next is run when the one before saw nothing.
         tell: Called with each outcome.
+        whole: A round goes on when enough was seen.
     """
 
     def __init__(
@@ -98,8 +108,11 @@ class Trials:
         run: TrialRun,
         tasks: Iterable[tuple[Defect, list[Round]]],
         tell: Callable[[Outcome], None],
+        *,
+        whole: bool,
     ) -> None:
         self._run = run
+        self._enough = not whole
         self._tasks = tasks
         self._tell = tell
 
@@ -156,7 +169,7 @@ class Trials:
             return Outcome(defect, (), aborted=f"{type(error).__name__}: {error}")
         for item, following in pairwise([*items, None]):
             config.hook.pytest_runtest_protocol(item=item, nextitem=following)
-            if session.shouldstop:
+            if session.shouldstop or (self._enough and run.has_seen_enough):
                 session._setupstate.teardown_exact(None)  # noqa: SLF001 - no other way to end a run early
                 break
         failed = tuple(it.id for it in run.made if it.verdict == "fail")

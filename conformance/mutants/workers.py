@@ -24,7 +24,7 @@ Told: TypeAlias = "multiprocessing.Queue[Outcome | str]"
 
 
 def outcomes(
-    options: RunOptions, tasks: Sequence[Task], processes: int | None
+    options: RunOptions, tasks: Sequence[Task], processes: int | None, *, whole: bool
 ) -> Iterator[Outcome]:
     """Return what the suite says of each defect, as it becomes known.
 
@@ -32,6 +32,7 @@ def outcomes(
         options: What device, variant and seed.
         tasks: Each defect, and rounds of item ids.
         processes: How many at once; as many as there are cores when None.
+        whole: All items of a round are run, also when enough was seen.
 
     Raises:
         BenchError: A process ended before its time.
@@ -43,7 +44,7 @@ def outcomes(
     for task in (*tasks, *[None] * count):
         waiting.put(task)
     workers = [
-        context.Process(target=_work, args=(options, waiting, told), daemon=True)
+        context.Process(target=_work, args=(options, waiting, told, whole), daemon=True)
         for _ in range(count)
     ]
     for worker in workers:
@@ -70,9 +71,9 @@ def _next(told: Told, workers: Sequence[multiprocessing.process.BaseProcess]) ->
         return outcome
 
 
-def _work(options: RunOptions, waiting: Tasks, told: Told) -> None:
+def _work(options: RunOptions, waiting: Tasks, told: Told, whole: bool) -> None:  # noqa: FBT001 - a process's arguments are positional
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its processes itself
     run = TrialRun(options)
-    errors = runner.play(run, Trials(run, iter(waiting.get, None), told.put))
+    errors = runner.play(run, Trials(run, iter(waiting.get, None), told.put, whole=whole))
     if errors or run.results.aborted:
         told.put(run.results.aborted or "\n".join(errors))
