@@ -39,9 +39,10 @@ class BusTime:
         start_s = max(time_s, self._until_s)
         self.awaited(start_s, start_s + duration_s)
 
-    def received(self, frame: Frame, end_s: float) -> None:
-        """Note a frame and its end."""
-        self.awaited(end_s - self._duration_s(frame), end_s)
+    def received(self, frame: Frame, start_s: float, end_s: float) -> None:
+        """Note a frame, the start of the wait for it and its end, which may have been earlier."""
+        duration_s = self._duration_s(frame)
+        self.awaited(start_s if start_s < end_s else end_s - duration_s, end_s)
 
     def _duration_s(self, frame: Frame) -> float:
         duration_s = bit_length(frame) / self.bitrate

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 from conformance.spec.document import Services, Store
 from conformance.spec.model import DeviceSpec, Key
@@ -22,6 +23,7 @@ def groups_of(service: Store, indices: set[int]) -> list[int]:
     return chosen
 
 
+@lru_cache(maxsize=8)
 def memory_keys(spec: DeviceSpec) -> frozenset[Key]:
     """Return the entries by which a download may write the non-volatile memory, by any reading."""
     keys = {key for it, _ in spec.services_readings for key in _kept_by_themselves(spec, it)}

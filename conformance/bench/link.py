@@ -152,8 +152,7 @@ class Link:
                 continue
             stamped = self._received(message)
             end_s = message.timestamp - self._least_late_s if self.rig is None else stamped.time_s
-            self.bus_time.awaited(start_s, end_s)
-            self.bus_time.received(stamped.frame, end_s)
+            self.bus_time.received(stamped.frame, start_s, end_s)
             return stamped
 
     def _received(self, message: can.Message) -> Stamped:
@@ -194,8 +193,11 @@ class Link:
             timeout_s: Longest wait from now, in seconds.
             mark: Where to start; only what comes from now on when None.
         """
-        deadline = self.now() + timeout_s
-        for stamped in self._frames[len(self._frames) if mark is None else mark :]:
+        return self.wait_until(match, self.now() + timeout_s, self.mark() if mark is None else mark)
+
+    def wait_until(self, match: Match, deadline: float, mark: int) -> Stamped | None:
+        """Return the first matching frame since a mark, waiting for it to a deadline if need be."""
+        for stamped in self._frames[mark:]:
             if stamped.received and match(stamped.frame):
                 return stamped
         while (received := self.recv(deadline)) is not None:

@@ -81,12 +81,10 @@ class Node:
         """
         transfer = self.sdo.upload(index, sub)
         entry = self.spec.entry(index, sub)
-        name = entry.address if entry is not None else address(index, sub)
-        what = f"node {self.node_id}: upload of {name}: {transfer}"
-        if not transfer.answered:
-            raise NodeTimeout(what)
         if transfer.data is None:
-            raise SetupRefused(what)
+            name = entry.address if entry is not None else address(index, sub)
+            what = f"node {self.node_id}: upload of {name}: {transfer}"
+            raise SetupRefused(what) if transfer.answered else NodeTimeout(what)
         if not transfer.sized and entry is not None and entry.type.size is not None:
             return transfer.data[: entry.type.size]
         return transfer.data

@@ -5,6 +5,8 @@ It decides no verdict: whatever keeps a step from succeeding ends the check as i
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import canopen
 from canopen.objectdictionary import ObjectDictionary
 from canopen.sdo.client import SdoClient
@@ -60,8 +62,11 @@ class SetupClient:
     """
 
     def __init__(self, channel: SdoChannel) -> None:
-        self._client = PumpedSdoClient(channel)
         self._channel = channel
+
+    @cached_property
+    def _client(self) -> PumpedSdoClient:
+        return PumpedSdoClient(self._channel)
 
     def download(self, index: int, sub: int, data: bytes) -> None:
         """Write to the node.

@@ -14,6 +14,9 @@ SECOND = 1_000_000_000
 LOAD_WINDOW_NS = SECOND
 """The bus load is that of the last so many nanoseconds."""
 
+MOST_FRAMES = 22_000
+"""At 1 Mbit/s no more frames fit into that time, of 47 bits at least."""
+
 Deliver = Callable[[int, Frame, bool], None]
 """Called with the end of a frame in ns, the frame, and whether the receiver itself sent it."""
 
@@ -68,8 +71,7 @@ class SimulatedBus:
         self._frame = Frame(0)
         self._frame_bitrate = bitrate
         self._frame_end_ns = 0
-        self._busy: deque[tuple[int, int]] = deque()
-        self._busy_ns = 0
+        self._busy: deque[tuple[int, int]] = deque(maxlen=MOST_FRAMES)
 
     @property
     def nodes(self) -> tuple[SimulatedDevice, ...]:
@@ -132,8 +134,9 @@ class SimulatedBus:
 
     def load(self) -> float:
         """Return the share of the last second that frames took, 0.0 to 1.0."""
-        self._forget_old_frames()
-        return self._busy_ns / min(LOAD_WINDOW_NS, max(self.now_ns, 1))
+        oldest_ns = self.now_ns - LOAD_WINDOW_NS
+        busy_ns = sum(duration_ns for end_ns, duration_ns in self._busy if end_ns > oldest_ns)
+        return busy_ns / min(LOAD_WINDOW_NS, max(self.now_ns, 1))
 
     def run_until(self, limit_ns: int) -> None:
         """Let time pass."""
@@ -191,9 +194,6 @@ class SimulatedBus:
         duration_ns = bit_length(frame) * SECOND // winner.bitrate
         self._frame_end_ns = self.now_ns + duration_ns
         self._busy.append((self._frame_end_ns, duration_ns))
-        self._busy_ns += duration_ns
-        if len(self._busy) & 0xFF == 0:
-            self._forget_old_frames()
 
     def _end_frame(self) -> None:
         sender, frame, bitrate = self._sender, self._frame, self._frame_bitrate
@@ -221,12 +221,6 @@ class SimulatedBus:
             station.wake_ns = deadline_ns
             if deadline_ns is not None:
                 heapq.heappush(self._wakes, (deadline_ns, next(self._order), station))
-
-    def _forget_old_frames(self) -> None:
-        busy = self._busy
-        oldest_ns = self.now_ns - LOAD_WINDOW_NS
-        while busy and busy[0][0] <= oldest_ns:
-            self._busy_ns -= busy.popleft()[1]
 
 
 def _priority_of_first(participant: _Station | Client) -> tuple[int, int, int, int]:

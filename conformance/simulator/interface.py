@@ -89,7 +89,7 @@ class SimulatorBus(SimulatorRig, can.BusABC):
         shared = join(channel, build)
         self._shared = shared
         self._bus = shared.bus
-        with shared.changed:
+        with shared.lock:
             shared.catch_up()
             shared.note_user()
             self._client = self._bus.connect(self._deliver, rate)
@@ -113,7 +113,7 @@ class SimulatorBus(SimulatorRig, can.BusABC):
         except WireError as error:
             raise can.CanOperationError(str(error)) from error
         shared = self._shared
-        with shared.changed:
+        with shared.lock:
             self._check_open()
             shared.catch_up()
             shared.note_user()
@@ -130,10 +130,9 @@ class SimulatorBus(SimulatorRig, can.BusABC):
             The frame, None after the timeout.
         """
         shared = self._shared
-        with shared.changed:
+        with shared.lock:
             shared.note_user()
-            wait = self._recv_real if shared.real_time else self._recv_virtual
-            message = wait(timeout)
+            message = self._recv_real(timeout) if shared.real_time else self._recv_virtual(timeout)
         if shared.crowded and not shared.real_time:
             time.sleep(POLITENESS_S)
         return message
@@ -143,8 +142,7 @@ class SimulatorBus(SimulatorRig, can.BusABC):
         limit_ns = None if timeout is None else bus.now_ns + round(max(timeout, 0.0) * SECOND)
         while True:
             self._check_open()
-            message = self._next_message()
-            if message is not None:
+            if self._received and (message := self._next_message()) is not None:
                 return message
             if shared.crowded and shared.others_busy(_earlier(bus.next_event_ns(), limit_ns)):
                 continue
@@ -197,20 +195,20 @@ class SimulatorBus(SimulatorRig, can.BusABC):
 
     def now(self) -> float:
         """Return the simulated time in seconds; message timestamps are of the same clock."""
-        self._check_open()
-        if self._shared.real_time:
-            with self._shared.changed:
+        if self._is_shutdown or self._shared.real_time:
+            self._check_open()
+            with self._shared.lock:
                 self._shared.catch_up()
         return self._bus.now_ns / SECOND
 
     def use_bitrate(self, bitrate: int) -> None:
         """Send and receive at another bit rate from now on, in bit/s."""
-        with self._shared.changed:
+        with self._shared.lock:
             self._client.bitrate = bitrate
 
     def flush_tx_buffer(self) -> None:
         """Discard the frames handed over and not yet begun."""
-        with self._shared.changed:
+        with self._shared.lock:
             self._bus.flush(self._client)
 
     def shutdown(self) -> None:
@@ -218,7 +216,7 @@ class SimulatorBus(SimulatorRig, can.BusABC):
         if self._is_shutdown:
             return
         super().shutdown()
-        with self._shared.changed:
+        with self._shared.lock:
             self._bus.disconnect(self._client)
             self._shared.changed.notify_all()
         leave(self.channel, self._shared)
@@ -230,7 +228,7 @@ class SimulatorBus(SimulatorRig, can.BusABC):
     @contextmanager
     def present(self) -> Iterator[SimulatedBus]:
         """Hold the bus, caught up with its clock; the waiting threads are woken afterwards."""
-        with self._shared.changed:
+        with self._shared.lock:
             self._check_open()
             self._shared.catch_up()
             self._shared.note_user()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from conformance.simulator.node import Node
@@ -97,14 +97,12 @@ class SdoServer:
             self._transfer = None
             self._block.end()
 
-    def _answers_to(self, data: bytes) -> Iterator[sdo.Response | sdo.BlockSegment]:
+    def _answers_to(self, data: bytes) -> Iterable[sdo.Response | sdo.BlockSegment]:
         if self._block.takes(data[0]):
-            yield from self._block.receive(data)
-            return
+            return self._block.receive(data)
         self._block.end()
         answer = self._handle(data)
-        if answer is not None:
-            yield answer
+        return () if answer is None else (answer,)
 
     def _ignores(self, command: int) -> bool:
         if self._faults.sdo_hangs_after_abort:

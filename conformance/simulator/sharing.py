@@ -20,15 +20,19 @@ class SharedBus:
     """A simulated bus, its clock, and the lock that guards both.
 
     Attributes:
-        bus: The bus; to be touched with ``changed`` held.
-        changed: Lock, and signal that something happened on the bus.
+        bus: The bus; to be touched with ``lock`` held.
+        lock: Guards the bus.
+        changed: Signal that something happened on the bus.
+        crowded: Several threads use the bus.
         real_time: Simulated time follows the clock of the computer.
     """
 
     def __init__(self, bus: SimulatedBus, *, real_time: bool) -> None:
         self.bus = bus
         self.real_time = real_time
-        self.changed = threading.Condition()
+        self.lock = threading.RLock()
+        self.changed = threading.Condition(self.lock)
+        self.crowded = False
         self.users = 0
         self._waiting = 0
         self._threads: set[int] = set()
@@ -55,11 +59,7 @@ class SharedBus:
     def note_user(self) -> None:
         """Note that this thread uses the bus."""
         self._threads.add(threading.get_ident())
-
-    @property
-    def crowded(self) -> bool:
-        """Several threads use the bus."""
-        return len(self._threads) > 1
+        self.crowded = len(self._threads) > 1
 
     def others_busy(self, until_ns: int | None) -> bool:
         """Return whether another thread did something while this one was about to skip idle time.

@@ -128,11 +128,14 @@ class _Integer:
         return (1 << self.bits - self.signed) - 1
 
     def encode(self, name: str, value: Value) -> bytes:
-        if type(value) is not int or not self.minimum <= value <= self.maximum:
-            raise WireError(
-                f"{name}: expected an integer {self.minimum} to {self.maximum}, got {value!r}",
-            )
-        return value.to_bytes(self.bits // 8, "little", signed=self.signed)
+        try:
+            if type(value) is int:
+                return value.to_bytes(self.bits // 8, "little", signed=self.signed)
+        except OverflowError:
+            pass  # said below
+        raise WireError(
+            f"{name}: expected an integer {self.minimum} to {self.maximum}, got {value!r}",
+        )
 
     def decode(self, _name: str, data: bytes) -> Value:
         return int.from_bytes(data, "little", signed=self.signed)

@@ -34,13 +34,17 @@ class Frame:
     dlc: int = -1
 
     def __post_init__(self) -> None:
-        check_range("CAN-ID", self.can_id, 0, _EXTENDED_ID_MAX if self.extended else _BASE_ID_MAX)
-        check_length("CAN data field", self.data, *((0,) if self.remote else range(9)))
+        most = _EXTENDED_ID_MAX if self.extended else _BASE_ID_MAX
+        if not 0 <= self.can_id <= most:
+            check_range("CAN-ID", self.can_id, 0, most)
+        length = len(self.data)
         if self.dlc == -1:
-            object.__setattr__(self, "dlc", len(self.data))
+            object.__setattr__(self, "dlc", length)
         if self.remote:
+            check_length("CAN data field", self.data, 0)
             check_range("DLC of a remote frame", self.dlc, 0, 8)
-        elif self.dlc != len(self.data):
+        elif not length == self.dlc <= 8:
+            check_length("CAN data field", self.data, *range(9))
             raise WireError(
                 f"DLC: expected {len(self.data)} for {hex_bytes(self.data)}, got {self.dlc}",
             )

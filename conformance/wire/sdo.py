@@ -172,5 +172,6 @@ def decode_block_segment(data: bytes) -> BlockSegment:
 
 
 def _command(what: str, data: bytes) -> int:
-    check_length(what, data, 8)
+    if len(data) != 8:
+        check_length(what, data, 8)
     return data[0] & _SUBCOMMAND_MASK.get(data[0] & 0xE0, 0xE0)

@@ -45,13 +45,15 @@ class _Initiate:
             if self.size == -1:
                 object.__setattr__(self, "size", None)
             return
-        check_length("expedited SDO", self.data, 1, 2, 3, 4)
+        length = len(self.data)
+        if not 1 <= length <= 4:
+            check_length("expedited SDO", self.data, 1, 2, 3, 4)
         if self.size is None:
             object.__setattr__(self, "data", self.data.ljust(4, b"\0"))
         elif self.size == -1:
-            object.__setattr__(self, "size", len(self.data))
-        elif self.size != len(self.data):
-            raise WireError(f"expedited SDO: expected size {len(self.data)}, got {self.size}")
+            object.__setattr__(self, "size", length)
+        elif self.size != length:
+            raise WireError(f"expedited SDO: expected size {length}, got {self.size}")
 
     def to_bytes(self) -> bytes:
         if self.expedited:

@@ -31,10 +31,10 @@ def test_waits_that_overlap_count_once(bus_time: BusTime) -> None:
 
 def test_a_frame_counts_where_nothing_was_awaited(bus_time: BusTime) -> None:
     bus_time.awaited(1.0, 2.0)
-    bus_time.received(FRAME, 2.0)
+    bus_time.received(FRAME, 1.0, 2.0)
     assert bus_time.needed_s == pytest.approx(1.0)
 
-    bus_time.received(FRAME, 3.0)
+    bus_time.received(FRAME, 3.0, 3.0)
     assert bus_time.needed_s == pytest.approx(1.0 + LENGTH_S)
     assert bus_time.frames_s == pytest.approx(2 * LENGTH_S)
 
