@@ -55,6 +55,7 @@ class EmcyPort:
         self._tilts = bool(provocations(node.spec, producer))
         self._disturbed = False
         self._provoked = False
+        self._resets = False
         self._destroying = ExitStack()
 
     @property
@@ -144,14 +145,17 @@ class EmcyPort:
         if self.watch() & NOT_VALID:
             self.enable()
 
-    def begin(self) -> None:
+    def begin(self, *, reset: bool = False) -> None:
         """Be ready for errors that tilting has nothing to do with.
+
+        Args:
+            reset: What is still an error afterwards is ended by a reset.
 
         Raises:
             SetupRefused: There is one already.
         """
         self._was_empty = self.count() == 0
-        self._disturbed = True
+        self._disturbed, self._resets = True, reset
         if self.watch() & NOT_VALID:
             self.enable()
         if self.present():
@@ -233,6 +237,8 @@ class EmcyPort:
             if self._provoked:
                 self.end()
                 self._stimulus.rest()
+            elif self._resets and self.present():
+                self._node.reset()
             history = self._place(0)
             if self._was_empty and history is not None and self.count():
                 if history.writable:
@@ -264,16 +270,27 @@ class EmcyPort:
 
 
 @contextmanager
-def errors_to_come(node: Node, stimulus: Stimulus) -> Iterator[None]:
-    """Let errors come that are not to be seen as EMCY; a history that was empty is emptied again."""
+def errors_to_come(
+    node: Node, stimulus: Stimulus, *, reset: bool = False
+) -> Iterator[EmcyPort | None]:
+    """Let errors come; a history that was empty is emptied again.
+
+    Args:
+        node: The node under test.
+        stimulus: What is around it.
+        reset: What is still an error afterwards is ended by a reset.
+
+    Yields:
+        The EMCY producer, where the manual has one.
+    """
     producer = node.spec.services.emcy_producer
     if producer is None:
-        yield
+        yield None
         return
     port = EmcyPort(node, producer, stimulus)
-    port.begin()
+    port.begin(reset=reset)
     try:
-        yield
+        yield port
     finally:
         port.leave()
 

@@ -124,6 +124,15 @@ def told(
     return [decoded(one) for one in require_told(seen)]
 
 
+def documented_bits(spec: DeviceSpec) -> set[int]:
+    """Return the bits of the error register that any reading documents."""
+    found: set[int] = set()
+    for services, _ in spec.services_readings:
+        if services.emcy_producer is not None:
+            found |= services.emcy_producer.register_bits.keys()
+    return found
+
+
 def came_about(
     spec: DeviceSpec,
     emcy: EmcyPort,

@@ -12,6 +12,7 @@ from conformance.checks.emcies import (
     came_about,
     code_word,
     code_words,
+    documented_bits,
     judge,
     producers,
     provoked,
@@ -174,16 +175,8 @@ def test_register_shows_documented_bits(
             lambda producer: {_GENERIC in producer.register_bits},
             show=lambda is_set: "set" if is_set else "clear",
         )
-    undocumented = sorted(bits - _documented(spec))
+    undocumented = sorted(bits - documented_bits(spec))
     verdict.equal("undocumented bits of the error register", undocumented, [])
-
-
-def _documented(spec: DeviceSpec) -> set[int]:
-    found: set[int] = set()
-    for services, _ in spec.services_readings:
-        if services.emcy_producer is not None:
-            found |= services.emcy_producer.register_bits.keys()
-    return found
 
 
 @requirement(

@@ -494,6 +494,10 @@ class Faults(BaseModel):
         default=None, description="Whether the node leaves bus-off by itself, whatever is set."
     )
 
+    overrun: Literal["told", "restarts", "deaf"] | None = Field(
+        default=None, description="What comes of more frames than it handles in time."
+    )
+
     # lights
     lights_show: dict[LightCondition, dict[str, str]] = Field(
         default={}, description="Under a condition, the pattern that a light shows instead."

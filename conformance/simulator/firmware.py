@@ -16,6 +16,7 @@ from conformance.simulator.lss import LssSlave, LssTarget
 from conformance.simulator.memory import NonVolatileMemory
 from conformance.simulator.nmt import NmtSlave
 from conformance.simulator.node import Node
+from conformance.simulator.overrun import ReceiveBuffer
 from conformance.simulator.rules import follow_rules
 from conformance.simulator.sdo_server import SdoServer
 from conformance.simulator.slopes import follow_slopes
@@ -80,6 +81,7 @@ class Firmware:
         self._tpdos = TpdoProducer(node, services.tpdo)
         self.emcy = EmcyProducer(node, spec, live, hardware.memory, self._enter)
         self.bus_errors = BusErrors(node, services.bus_errors, self.emcy)
+        self._buffer = ReceiveBuffer(node, services, self.emcy, reset)
         follow_rules(node, spec, partial(reset, NmtCommand.RESET_NODE), self.emcy.has_error)
         self._lss = None if services.lss is None else LssSlave(node, spec, services.lss, hardware)
 
@@ -108,6 +110,8 @@ class Firmware:
 
     def receive(self, frame: Frame) -> None:
         """Handle one frame."""
+        if not self._buffer.takes():
+            return
         if frame.extended or frame.remote:
             self._receive_unusual(frame)
         elif self._is_sdo_request(frame):

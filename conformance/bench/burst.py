@@ -1,0 +1,60 @@
+"""A burst of frames: the bus at its full load for a while, as fast as every adapter can send."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from conformance.bench.link import Link
+from conformance.bench.node import Node
+from conformance.errors import BenchError, SetupRefused
+from conformance.wire.frame import Frame, bit_length
+from conformance.wire.sdo import InitiateUpload, encode
+
+FRAMES = 300
+REQUEST_EVERY = 4
+"""One frame of so many is an SDO request to the node, the others are for nobody."""
+
+AHEAD = 8
+"""Frames that the transmit queue of every adapter holds."""
+
+QUIET_S = 0.2
+"""A node that was silent for so long has answered what it will."""
+
+_ASKED = (0x1001, 0)
+_NOBODY = 0x6E0
+"""A CAN-ID that CiA 301 v4.2.0, 7.3.5, keeps from every service."""
+
+
+def send_burst(node: Node) -> None:
+    """Send SDO requests among frames for nobody, and wait until the node has answered what it will.
+
+    Raises:
+        SetupRefused: The adapter does not send so fast.
+    """
+    channel = node.channel
+    channel.settle()
+    request = Frame(channel.request_id, encode(InitiateUpload(*_ASKED)))
+    other = Frame(_NOBODY, b"\x55" * 8)
+    _send(node.link, (other if n % REQUEST_EVERY else request for n in range(FRAMES)))
+    for _ in range(FRAMES):
+        if node.link.wait(channel.is_response, QUIET_S) is None:
+            break
+    channel.begin()
+
+
+def _send(link: Link, frames: Iterable[Frame]) -> None:
+    """Send frames back to back, no more of them ahead of the bus than adapters hold."""
+    bitrate = link.bus_time.bitrate
+    sent_s = link.now()
+    for frame in frames:
+        duration_s = bit_length(frame) / bitrate
+        sent_s = max(sent_s, link.now()) + duration_s
+        try:
+            link.send(frame)
+        except BenchError as error:
+            raise SetupRefused(f"a burst is too fast for the bench: {error}") from error
+        ahead_s = sent_s - link.now()
+        if ahead_s > AHEAD * duration_s:
+            between = link.listen(ahead_s / 2, lambda _: True)
+            sent_s += sum(bit_length(it.frame) for it in between) / bitrate
+    link.listen(max(0.0, sent_s - link.now()), lambda _: False)
