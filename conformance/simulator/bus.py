@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import heapq
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import count
+from typing import Protocol
 
 from conformance.simulator.device import SimulatedDevice
-from conformance.wire.frame import Frame, bit_length
+from conformance.wire.frame import Frame, bit_length, priority
 
 SECOND = 1_000_000_000
 LOAD_WINDOW_NS = SECOND
@@ -35,17 +36,32 @@ class Client:
         self.pending: deque[Frame] = deque()
 
 
-class _Station:
-    """A simulated device at the bus."""
+class Participant(Protocol):
+    """What sends frames by itself, or in answer to others."""
 
-    def __init__(self, device: SimulatedDevice) -> None:
-        self.device = device
+    @property
+    def bitrate(self) -> int:
+        """In bit/s."""
+
+    @property
+    def deadline_ns(self) -> int | None:
+        """When it next wants to be stepped, None when only a frame can wake it."""
+
+    def step(self, now_ns: int, frames: Sequence[Frame] = ()) -> list[Frame]:
+        """Let time pass, take frames in and return the frames to send now."""
+
+
+class _Station:
+    """A simulated participant at the bus."""
+
+    def __init__(self, participant: Participant) -> None:
+        self.participant = participant
         self.pending: deque[Frame] = deque()
         self.wake_ns: int | None = None
 
     @property
     def bitrate(self) -> int:
-        return self.device.bitrate
+        return self.participant.bitrate
 
 
 class SimulatedBus:
@@ -62,6 +78,7 @@ class SimulatedBus:
         self.bitrate = bitrate
         self.now_ns = 0
         self.frame_count = 0
+        self._nodes: list[SimulatedDevice] = []
         self._stations: list[_Station] = []
         self._clients: list[Client] = []
         self._talking: list[_Station | Client] = []
@@ -76,16 +93,22 @@ class SimulatedBus:
     @property
     def nodes(self) -> tuple[SimulatedDevice, ...]:
         """The devices, in the order they were added."""
-        return tuple(station.device for station in self._stations)
+        return tuple(self._nodes)
 
     def add_node(self, device: SimulatedDevice) -> None:
         """Connect a device; it is switched on now."""
+        self._nodes.append(device)
         self._stations.append(_Station(device))
         self.power_on(device)
+
+    def add_deaf(self, participant: Participant) -> None:
+        """Connect what sends by the clock alone, for good; no frame is handed to it."""
+        self._rewake(_Station(participant))
 
     def remove_node(self, device: SimulatedDevice) -> None:
         """Disconnect a device; it is switched off first."""
         self.power_off(device)
+        self._nodes.remove(device)
         self._stations.remove(self._station(device))
 
     def power_on(self, device: SimulatedDevice) -> None:
@@ -180,7 +203,7 @@ class SimulatedBus:
         return True
 
     def _station(self, device: SimulatedDevice) -> _Station:
-        return next(station for station in self._stations if station.device is device)
+        return next(it for it in self._stations if it.participant is device)
 
     def _start_frame(self) -> None:
         talking = self._talking
@@ -208,7 +231,7 @@ class SimulatedBus:
                 client.deliver(self.now_ns, frame, client is sender)
 
     def _step(self, station: _Station, frames: tuple[Frame, ...]) -> None:
-        sent = station.device.step(self.now_ns, frames)
+        sent = station.participant.step(self.now_ns, frames)
         if sent:
             if not station.pending:
                 self._talking.append(station)
@@ -216,7 +239,7 @@ class SimulatedBus:
         self._rewake(station)
 
     def _rewake(self, station: _Station) -> None:
-        deadline_ns = station.device.deadline_ns
+        deadline_ns = station.participant.deadline_ns
         if deadline_ns != station.wake_ns:
             station.wake_ns = deadline_ns
             if deadline_ns is not None:
@@ -225,10 +248,3 @@ class SimulatedBus:
 
 def _priority_of_first(participant: _Station | Client) -> tuple[int, int, int, int]:
     return priority(participant.pending[0])
-
-
-def priority(frame: Frame) -> tuple[int, int, int, int]:
-    """Return what decides arbitration, lowest first: identifier, RTR or SRR, IDE, extension."""
-    if frame.extended:
-        return frame.can_id >> 18, 1, 1, (frame.can_id & 0x3_FFFF) << 1 | frame.remote
-    return frame.can_id, int(frame.remote), 0, 0

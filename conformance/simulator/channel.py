@@ -11,6 +11,7 @@ from conformance.resources import find, is_file
 from conformance.simulator.bus import SimulatedBus
 from conformance.simulator.device import SimulatedDevice
 from conformance.simulator.fault_files import load_faults
+from conformance.simulator.neighbours import neighbours
 from conformance.spec.load import load_spec
 
 Clock: TypeAlias = Literal["virtual", "real"]
@@ -61,6 +62,21 @@ def integer(value: int | str, option: str) -> int:
         raise SpecError(f"{option}: expected a number, got {value!r}") from None
 
 
+def share(value: float | str, option: str) -> float:
+    """Return a share of a whole that is less than it, given as a number or as text (``0.8``).
+
+    Raises:
+        SpecError: It is no such number.
+    """
+    try:
+        result = float(value)
+    except ValueError:
+        result = -1.0
+    if 0.0 <= result < 1.0:
+        return result
+    raise SpecError(f"{option}: expected a number from 0.0 to less than 1.0, got {value!r}")
+
+
 def parse_readings(readings: str | Mapping[str, int] | None) -> dict[str, int]:
     """Return the readings of ``A-01=2,A-03=1``.
 
@@ -93,6 +109,8 @@ def build_bus(
     faults: Sequence[str] = (),
     seed: int = 0,
     serial_number: int = 1,
+    device_bitrate: int | None = None,
+    load: float = 0.0,
 ) -> SimulatedBus:
     """Return a bus with the nodes of a channel, switched on.
 
@@ -104,9 +122,11 @@ def build_bus(
         faults: Names or paths, for all nodes.
         seed: Of everything random.
         serial_number: Of the first node; counted up for the others.
+        device_bitrate: That somebody has set the nodes to, in bit/s; the factory's when None.
+        load: Share of the bus that other nodes take, 0.0 to less than 1.0.
 
     Raises:
-        SpecError: A name, variant, node-ID, reading or fault is wrong.
+        SpecError: A name, variant, node-ID, bit rate, reading or fault is wrong.
     """
     names = parse_channel(channel)
     if node_id is not None and len(names) > 1:
@@ -121,10 +141,14 @@ def build_bus(
             faults=defects,
             seed=seed + place,
             serial_number=serial_number + place,
+            bitrate=device_bitrate,
         )
         for place, name in enumerate(names)
     ]
     bus = SimulatedBus(devices[0].bitrate)
     for device in devices:
         bus.add_node(device)
+    if load:
+        for neighbour in neighbours(devices[0].node_id, bus.bitrate, load, seed):
+            bus.add_deaf(neighbour)
     return bus

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping, Sequence
 
+from conformance.errors import SpecError
 from conformance.simulator import identity
 from conformance.simulator.agenda import Agenda
 from conformance.simulator.defaults import unstated_values
@@ -48,8 +49,9 @@ class SimulatedDevice:
         seed: Of everything random.
         serial_number: UNSIGNED32.
 
+        bitrate: That somebody has set it to, in bit/s; the factory's when None.
     Raises:
-        SpecError: There is no such variant, node-ID or reading.
+        SpecError: There is no such variant, node-ID or reading, or no CAN controller has this bit rate.
     """
 
     def __init__(
@@ -63,15 +65,20 @@ class SimulatedDevice:
         seed: int = 0,
         serial_number: int = 1,
     ) -> None:
+        bitrate: int | None = None,
         # every reading named, so that no alternatives have to be worked out
+        if bitrate is not None and not identity.usable_bitrate(bitrate):
+            raise SpecError(f"bit rate: expected 10000..1000000 bit/s, got {bitrate}")
         self._readings = chosen_readings(spec_file.document.ambiguities, readings)
         self.faults = faults or Faults()
         self._file = spec_file.changed(self.faults.changes)
         self.spec = self._file.resolve(variant, node_id, self._readings)
-        self.memory = NonVolatileMemory(serial_number, self.spec.node_id, self.spec.bitrate)
+        self.bitrate = bitrate or self.spec.bitrate
+        self.memory = NonVolatileMemory(serial_number, self.spec.node_id, self.bitrate)
         identity.remember_node_id(self.spec, self.memory, self.spec.node_id)
         self.world = World()
-        self.bitrate = self.spec.bitrate
+        if bitrate is not None:
+            identity.remember_bitrate(self.spec, self.memory, bitrate)
         self.powered = False
         self._random = random.Random(seed)  # noqa: S311 - repeatable defects, no secrets
         self._agenda = Agenda()
@@ -157,7 +164,7 @@ class SimulatedDevice:
     def world_changed(self) -> None:
         """Take note of new physical values; the next step sends what follows from them."""
         if self._firmware is not None:
-            self._firmware.emcy.update()
+            self._firmware.world_changed()
 
     def lit(self, light: str, now_ns: int) -> bool:
         """Tell whether a light is lit; during the initialisation none is."""

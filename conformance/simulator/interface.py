@@ -12,7 +12,7 @@ import can
 
 from conformance.errors import SpecError
 from conformance.simulator.bus import SECOND, SimulatedBus
-from conformance.simulator.channel import build_bus, integer, parse_faults, parse_readings
+from conformance.simulator.channel import build_bus, integer, parse_faults, parse_readings, share
 from conformance.simulator.rig import SimulatorRig
 from conformance.simulator.sharing import SharedBus, join, leave
 from conformance.wire.errors import WireError
@@ -40,6 +40,8 @@ class SimulatorBus(SimulatorRig, can.BusABC):
         clock: ``virtual`` or ``real``.
         seed: Of everything random.
         serial_number: Of the first device.
+        device_bitrate: That somebody has set the devices to, in bit/s; the factory's when None.
+        load: Share of the bus that other nodes take, 0.0 to less than 1.0.
         receive_own_messages: As in python-can.
         unknown: Refused.
 
@@ -60,6 +62,8 @@ class SimulatorBus(SimulatorRig, can.BusABC):
         clock: str = "virtual",
         seed: int | str = 0,
         serial_number: int | str = 1,
+        device_bitrate: int | str | None = None,
+        load: float | str = 0.0,
         receive_own_messages: bool | str = False,
         **unknown: Any,
     ) -> None:
@@ -82,6 +86,10 @@ class SimulatorBus(SimulatorRig, can.BusABC):
                 faults=parse_faults(faults),
                 seed=integer(seed, "seed"),
                 serial_number=integer(serial_number, "serial_number"),
+                device_bitrate=None
+                if device_bitrate is None
+                else integer(device_bitrate, "device_bitrate"),
+                load=share(load, "load"),
             )
             return SharedBus(bus, real_time=clock == "real")
 

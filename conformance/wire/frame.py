@@ -68,6 +68,13 @@ def data_of(what: str, frame: Frame, *lengths: int) -> bytes:
     return frame.data
 
 
+def priority(frame: Frame) -> tuple[int, int, int, int]:
+    """Return what decides arbitration, lowest first: identifier, RTR or SRR, IDE, extension."""
+    if frame.extended:
+        return frame.can_id >> 18, 1, 1, (frame.can_id & 0x3_FFFF) << 1 | frame.remote
+    return frame.can_id, int(frame.remote), 0, 0
+
+
 @lru_cache(maxsize=4096)
 def bit_length(frame: Frame) -> int:
     """Return the bit times `frame` takes on the bus, with its stuff bits and the intermission."""

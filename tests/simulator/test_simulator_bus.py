@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from conformance.simulator.bus import SimulatedBus, priority
+from conformance.simulator.bus import SimulatedBus
 from conformance.simulator.device import SimulatedDevice
 from conformance.simulator.faults import Faults
 from conformance.spec.load import load_spec
-from conformance.wire.frame import Frame, bit_length
+from conformance.wire.frame import Frame, bit_length, priority
 
 INVENTED = Path(__file__).parent / "invented.yaml"
 Heard = list[tuple[int, str]]
