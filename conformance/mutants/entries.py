@@ -29,10 +29,10 @@ OTHER_SOURCES: dict[Follows, Follows] = {
 """What a measured entry shows by mistake instead."""
 
 SEEN_BY = {
-    "missing": ("OD-",),
-    "default": ("OD-", "RST-"),
-    "type": ("OD-",),
-    "access": ("OD-",),
+    "missing": ("OD-", "EMCY-"),
+    "default": ("OD-", "RST-", "NID-", "STO-", "EMCY-"),
+    "type": ("OD-", "EMCY-", "STO-", "RST-"),
+    "access": ("OD-", "EMCY-", "STO-", "RST-"),
     "ranges": ("OD-",),
     "values": ("OD-",),
     "limits_by": ("OD-", "DEV-"),
@@ -43,10 +43,10 @@ SEEN_BY = {
     "writable_in": ("OD-",),
     "writable_while": ("DEV-",),
     "otherwise": ("DEV-",),
-    "effective": ("DEV-", "TPDO-"),
+    "effective": ("DEV-", "TPDO-", "EMCY-", "SYNC-", "HB-"),
     "reads": ("DEV-", "NID-", "BIT-"),
     "after_node_id_change": ("NID-",),
-    "follows": ("DEV-",),
+    "follows": ("DEV-", "EMCY-", "OD-"),
     "scale": ("DEV-",),
     "affects": ("DEV-",),
     "extra": ("OD-",),
@@ -130,12 +130,9 @@ class _Entry:
         kind, default = self._entry.type, self._entry.default
         if not kind.is_integer:
             return
-        unsigned = kind.name.startswith("U")
-        own, opposite = ("UNSIGNED", "INTEGER") if unsigned else ("INTEGER", "UNSIGNED")
-        names = [f"{own}{bits}" for bits in OTHER_LENGTHS.get(kind.bits or 0, (32,))]
-        if self._entry.kind == "live":
-            names.append(f"{opposite}{kind.bits}")
-        for name in names:
+        sign = "UNSIGNED" if kind.name.startswith("U") else "INTEGER"
+        for bits in OTHER_LENGTHS.get(kind.bits or 0, (32,)):
+            name = f"{sign}{bits}"
             made = self._made("type", name, name, f"{name} instead of {kind.name}")
             other = DataType[name]
             if isinstance(default, int) and not _fits(other, default):
@@ -151,7 +148,7 @@ class _Entry:
 
     def _ranges(self) -> Iterator[Defect]:
         entry = self._entry
-        if not entry.type.is_integer or not entry.writable:
+        if not entry.type.is_integer or not entry.writable or entry.kind == "command":
             return
         if entry.ranges is None and entry.values is None and entry.limits_by is None:
             low, high = entry.type.minimum, entry.type.maximum

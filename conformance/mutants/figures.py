@@ -43,6 +43,7 @@ SEEN_BY = {
     "lss": ("LSS-",),
     "leds": ("LED-",),
     "bus_errors": ("EMCY-",),
+    "supply": ("DEV-41",),
     "paired": ("NID-", "BIT-"),
     "same-value": ("DEV-", "NID-", "BIT-"),
     "slope": ("DEV-", "TPDO-"),

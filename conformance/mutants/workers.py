@@ -71,7 +71,7 @@ def _next(told: Told, workers: Sequence[multiprocessing.process.BaseProcess]) ->
         return outcome
 
 
-def _work(options: RunOptions, waiting: Tasks, told: Told, whole: bool) -> None:  # noqa: FBT001 - a process's arguments are positional
+def _work(options: RunOptions, waiting: Tasks, told: Told, whole: bool) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its processes itself
     run = TrialRun(options)
     errors = runner.play(run, Trials(run, iter(waiting.get, None), told.put, whole=whole))
