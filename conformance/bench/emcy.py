@@ -237,8 +237,10 @@ class EmcyPort:
             if self._provoked:
                 self.end()
                 self._stimulus.rest()
-            elif self._resets and self.present():
-                self._node.reset()
+            elif self._resets:
+                self._stimulus.rest()
+                if self.present():
+                    self._node.reset()
             history = self._place(0)
             if self._was_empty and history is not None and self.count():
                 if history.writable:

@@ -21,6 +21,7 @@ from conformance.simulator.rules import follow_rules
 from conformance.simulator.sdo_server import SdoServer
 from conformance.simulator.slopes import follow_slopes
 from conformance.simulator.store import ParameterStore
+from conformance.simulator.supply import SupplyMonitor
 from conformance.simulator.tpdo import TpdoProducer
 from conformance.spec.fields import key_of
 from conformance.spec.model import DeviceSpec, StateName
@@ -82,6 +83,7 @@ class Firmware:
         self.emcy = EmcyProducer(node, spec, live, hardware.memory, self._enter)
         self.bus_errors = BusErrors(node, services.bus_errors, self.emcy)
         self._buffer = ReceiveBuffer(node, services, self.emcy, reset)
+        self._supply = SupplyMonitor(node, services, hardware.world, self.emcy, reset)
         follow_rules(node, spec, partial(reset, NmtCommand.RESET_NODE), self.emcy.has_error)
         self._lss = None if services.lss is None else LssSlave(node, spec, services.lss, hardware)
 
@@ -107,6 +109,11 @@ class Firmware:
         """Go on in a state, without a boot-up message."""
         self._heartbeat.resume()
         self._enter(state)
+
+    def world_changed(self) -> None:
+        """Find out what the physical values are now."""
+        self.emcy.update()
+        self._supply.update()
 
     def receive(self, frame: Frame) -> None:
         """Handle one frame."""

@@ -374,6 +374,20 @@ class BusErrors(Service):
     source: Source
 
 
+class Supply(Service):
+    """The supply voltages at which the device works, in volts."""
+
+    min_v: Annotated[float, Field(gt=0)]
+    max_v: Annotated[float, Field(gt=0)]
+    source: Source
+
+    @model_validator(mode="after")
+    def _is_a_range(self) -> Supply:
+        if self.min_v > self.max_v:
+            raise ValueError(f"expected min_v up to max_v ({self.max_v:g}), got {self.min_v:g}")
+        return self
+
+
 class Services(StrictModel):
     """One block per CANopen service the device offers."""
 
@@ -390,6 +404,7 @@ class Services(StrictModel):
     lss: Lss | None = None
     leds: Leds | None = None
     bus_errors: BusErrors | None = None
+    supply: Supply | None = None
 
     def of_variant(self, variant: str) -> Services:
         """Return the services that one variant offers."""

@@ -85,7 +85,7 @@ def test_a_wrong_copy_fails_in_its_defects(
 def test_lint_and_the_catalogue_take_it_with_its_statements(command: Callable[..., Any]) -> None:
     linted = command("spec", "lint", SPEC)
     assert linted.code == 0, linted.err
-    assert "good (9 statements)" in linted.out
+    assert "good (10 statements)" in linted.out
 
     page = command("catalogue", SPEC, "--variant", "basic")
     assert page.code == 0, page.err

@@ -23,6 +23,7 @@ WORDS = {
     "lss": "LSS",
     "leds": "lights",
     "bus_errors": "bus errors",
+    "supply": "supply range",
 }
 
 
