@@ -494,6 +494,9 @@ class Faults(BaseModel):
         default=None, description="Whether the node leaves bus-off by itself, whatever is set."
     )
 
+    supply_too_low_early: Literal["told", "restarts"] | None = Field(
+        default=None, description="What a supply voltage leads to that is low, but documented."
+    )
     overrun: Literal["told", "restarts", "deaf"] | None = Field(
         default=None, description="What comes of more frames than it handles in time."
     )

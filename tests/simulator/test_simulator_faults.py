@@ -63,6 +63,8 @@ OTHERS = {
     "silent",
     "stops-before-the-end",
     "start-object-ignored",
+    "supply-error-early",
+    "supply-restarts-early",
     "tpdo-blanks-one-object",
     "tpdo-sync-off-by-one",
     "tpdo-timer-slow-10-percent",
