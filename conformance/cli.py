@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import sys
 import traceback
@@ -136,6 +137,7 @@ def catalogue(
 def main() -> None:
     """Run the command line; a mistake of the user gets one sentence and exit code 3."""
     code: object = 0
+    runner.seldom_look_for_garbage()
     try:
         app()
     except _Judged as judged:
@@ -158,4 +160,5 @@ def main() -> None:
         traceback.print_exc()
         console.error(f"defect of the suite, please report it: {type(error).__name__}: {error}")
         code = BENCH_FAILED
+    gc.freeze()  # nothing is looked for any more in what ends with the process
     sys.exit(code if isinstance(code, int) else 0)

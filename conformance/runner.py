@@ -93,21 +93,24 @@ def play(run: Run, *plugins: object) -> list[str]:
     return attach.errors
 
 
+def seldom_look_for_garbage() -> None:
+    """From now on look for garbage seldom: among all that a run keeps it takes long and finds little."""
+    gc.set_threshold(GARBAGE_AT)
+
+
 @contextmanager
 def _undisturbed() -> Iterator[None]:
     """Let only what a run needs be loaded, and take Ctrl-C as a run does.
 
-    The user's other plug-ins and settings change no verdict. A run keeps every frame, so that looking
-    for garbage takes long and finds little: it is done seldom.
+    The user's other plug-ins and settings change no verdict.
     """
-    environment, thresholds = dict(os.environ), gc.get_threshold()
-    gc.set_threshold(GARBAGE_AT)
+    seldom_look_for_garbage()
+    environment = dict(os.environ)
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
     os.environ.pop("PYTEST_ADDOPTS", None)
     try:
         with interruptible():
             yield
     finally:
-        gc.set_threshold(*thresholds)
         os.environ.clear()
         os.environ.update(environment)

@@ -6,13 +6,17 @@ from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
 from conformance.resources import data
 
 
 def to_html(matrix: Mapping[str, Any]) -> str:
     """Return the page of a matrix, as it stands in ``mutants.json``."""
+    from jinja2 import (  # noqa: PLC0415 - it takes long to load, and no other command needs it
+        Environment,
+        FileSystemLoader,
+        StrictUndefined,
+    )
+
     environment = Environment(
         loader=FileSystemLoader(data("reports/templates")),
         autoescape=True,

@@ -100,9 +100,11 @@ class Results:
 
     def deviations(self) -> list[Item]:
         """Return the failed items that decide the run."""
-        return [
-            i for i in self.items if i.verdict == "fail" and (self.strict or i.level != "should")
-        ]
+        return [item for item in self.items if self.deviates(item)]
+
+    def deviates(self, item: Item) -> bool:
+        """Tell whether an item failed that decides the run."""
+        return item.verdict == "fail" and (self.strict or item.level != "should")
 
     def remarks(self) -> list[Item]:
         """Return the failed items at level ``should``, which do not decide the run."""
@@ -144,7 +146,7 @@ class Results:
             "items": len(self.items),
         }
         summary.update(self.counts())
-        self._texts += (_to_json(asdict(item)) for item in self.items[len(self._texts) :])
+        self._texts += (_to_line(item) for item in self.items[len(self._texts) :])
         parts = {
             "run": _to_json(self.run),
             "device": _to_json(self.device),
@@ -167,6 +169,11 @@ class Results:
             os.replace(draft, path)  # noqa: PTH105 - atomic on every system
         except OSError as error:
             raise BenchError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def _to_line(item: Item) -> str:
+    content = {name: getattr(item, name) for name in Item.__slots__}
+    return json.dumps(content, ensure_ascii=True)
 
 
 def _to_json(content: Mapping[str, Any]) -> str:

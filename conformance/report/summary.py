@@ -54,6 +54,7 @@ class Progress:
         self._in_lines = run.asks or not console.out.is_terminal
         self._service = ""
         self._counts: Counter[str] = Counter()
+        self._deviations = 0
         self._bar = Bar(
             TextColumn("{task.description:<20}"),
             BarColumn(),
@@ -81,8 +82,12 @@ class Progress:
             self._service = item.service
             self._counts.clear()
         self._counts[item.verdict] += 1
-        deviations = len(self._run.results.deviations())
-        words = f"{_title(item.service)}" + (f", {deviations} deviations" if deviations else "")
+        self._deviations += self._run.results.deviates(item)
+        if self._in_lines:
+            return
+        words = _title(item.service) + (
+            f", {self._deviations} deviations" if self._deviations else ""
+        )
         self._bar.update(self._task, total=self._run.total, advance=1, description=words)
 
     def scan(self, done: int, total: int, found: int) -> None:
