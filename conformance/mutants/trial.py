@@ -160,7 +160,7 @@ class Trials:
 
     def _round(self, session: pytest.Session, defect: Defect, items: list[pytest.Item]) -> Outcome:
         run, config = self._run, session.config
-        session.shouldstop = False
+        session._shouldstop = False  # noqa: SLF001 - pytest has no other way to take it back
         try:
             config.stash[BENCH] = run.begin(defect.faults)
         except BenchError as error:
