@@ -48,8 +48,8 @@ class SimulatedDevice:
         faults: Defects to show.
         seed: Of everything random.
         serial_number: UNSIGNED32.
-
         bitrate: That somebody has set it to, in bit/s; the factory's when None.
+
     Raises:
         SpecError: There is no such variant, node-ID or reading, or no CAN controller has this bit rate.
     """
@@ -64,11 +64,11 @@ class SimulatedDevice:
         faults: Faults | None = None,
         seed: int = 0,
         serial_number: int = 1,
-    ) -> None:
         bitrate: int | None = None,
-        # every reading named, so that no alternatives have to be worked out
+    ) -> None:
         if bitrate is not None and not identity.usable_bitrate(bitrate):
             raise SpecError(f"bit rate: expected 10000..1000000 bit/s, got {bitrate}")
+        # every reading named, so that no alternatives have to be worked out
         self._readings = chosen_readings(spec_file.document.ambiguities, readings)
         self.faults = faults or Faults()
         self._file = spec_file.changed(self.faults.changes)
@@ -76,9 +76,9 @@ class SimulatedDevice:
         self.bitrate = bitrate or self.spec.bitrate
         self.memory = NonVolatileMemory(serial_number, self.spec.node_id, self.bitrate)
         identity.remember_node_id(self.spec, self.memory, self.spec.node_id)
-        self.world = World()
         if bitrate is not None:
             identity.remember_bitrate(self.spec, self.memory, bitrate)
+        self.world = World()
         self.powered = False
         self._random = random.Random(seed)  # noqa: S311 - repeatable defects, no secrets
         self._agenda = Agenda()
