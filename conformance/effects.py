@@ -16,6 +16,9 @@ Effect: TypeAlias = Literal[
     "other-nodes",
 ]
 
+IN_FORCE: tuple[Effect, ...] = ("resets", "non-volatile")
+"""What it takes to put values in force that act only after a store and a restart."""
+
 Need: TypeAlias = Literal["tilt", "temperature", "supply", "operator", "second-node", "bus-errors"]
 """Beside frames: the stimulus of a quantity, a person who looks, another node of the same kind."""
 

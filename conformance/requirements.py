@@ -25,6 +25,8 @@ class Case:
         section: Section of the manual that documents it.
         effects: What the check does to the node beyond its requirement's effects.
         needs: What it needs beside a bus, beyond its requirement's needs.
+        at_need: Effects beyond those that it has only if the node turns out to need them, and only on
+            a bench that allows them; elsewhere it is then inconclusive.
     """
 
     label: str
@@ -32,6 +34,7 @@ class Case:
     section: str
     effects: tuple[Effect, ...] = ()
     needs: tuple[Need, ...] = ()
+    at_need: tuple[Effect, ...] = ()
 
 
 Cases: TypeAlias = Callable[[DeviceSpec], Iterable[Case]]

@@ -97,7 +97,7 @@ class ConformanceSession:
         self._signals.enter_context(interruptible())
         try:
             count = sum(_what(item)[0] is not None for item in session.items)
-            self._config.stash[BENCH] = self._run.open(count, _effects(session.items))
+            self._config.stash[BENCH] = self._run.open(count, self._effects(session.items))
         except (BenchError, SpecError) as error:
             self._run.abort(str(error))
             session.items.clear()
@@ -145,6 +145,17 @@ class ConformanceSession:
             self._run.abort(f"{error} (after {self._run.item_id(requirement, case)})")
             item.session.shouldstop = str(error)
         return report
+
+    def _effects(self, items: list[pytest.Item]) -> set[Effect]:
+        """Return what those of some items may do to the node that are not skipped."""
+        effects: set[Effect] = set()
+        for item in items:
+            requirement, case = _what(item)
+            if requirement is not None and case is not None and not item.get_closest_marker("skip"):
+                effects.update(requirement.effects, case.effects)
+                if self._run.definition.allows(case.at_need):
+                    effects.update(case.at_need)
+        return effects
 
     def _judge(
         self, item: pytest.Item, requirement: Requirement, case: Case, error: BaseException | None
@@ -207,13 +218,3 @@ def _what(item: pytest.Item) -> tuple[Requirement | None, Case | None]:
     requirement = getattr(getattr(item, "function", None), "requirement", None)
     callspec = getattr(item, "callspec", None)
     return requirement, callspec.params.get("_case") if callspec else None
-
-
-def _effects(items: list[pytest.Item]) -> set[Effect]:
-    """Return what those of some items do to the node that are not skipped."""
-    effects: set[Effect] = set()
-    for item in items:
-        requirement, case = _what(item)
-        if requirement is not None and case is not None and not item.get_closest_marker("skip"):
-            effects.update(requirement.effects, case.effects)
-    return effects

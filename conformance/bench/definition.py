@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -61,6 +62,15 @@ class BenchDefinition(BaseModel):
     def sets_bitrate(self) -> bool:
         """The bit rate is that of our adapter, not of an interface that others set up."""
         return self.interface not in _SET_UP_BY_OTHERS
+
+    def allows(self, effects: Iterable[Effect]) -> bool:
+        """Tell whether checks may have some effects on the device."""
+        return set(effects) <= set(self.allow)
+
+    @property
+    def switches_supply(self) -> bool:
+        """Checks may switch the device's supply, and the bench can."""
+        return self.power != "none" and self.allows(["power"])
 
     def has(self, need: Need) -> bool:
         """Tell whether the bench has what a check needs beside a bus."""

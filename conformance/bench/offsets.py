@@ -27,14 +27,27 @@ def offset_steps(node: Node, key: Key) -> Iterator[Callable[[], None]]:
     The offsets of the widest types are brought back last.
     """
     written = set(node.spec.companions(key))
-    touched = [
-        rule
-        for rule in node.spec.behaviours.values()
-        if isinstance(rule, Slope)
-        and written & {key_of(it) for it in (rule.preset, rule.resolution) if it is not None}
-    ]
-    for rule in sorted(touched, key=lambda rule: -_octets(node, rule)):
+    for rule in _slopes(node):
+        if written & {key_of(it) for it in (rule.preset, rule.resolution) if it is not None}:
+            yield from _steps(node, rule)
+
+
+def all_offset_steps(node: Node) -> Iterator[Callable[[], None]]:
+    """Return what brings every offset back to what it is now, the widest types last."""
+    for rule in _slopes(node):
         yield from _steps(node, rule)
+
+
+def read_offsets(node: Node) -> dict[Key, int]:
+    """Return what the offsets hold that the node has."""
+    keys = [key_of(rule.offset) for rule in _slopes(node) if rule.offset is not None]
+    return {key: node.number(*key) for key in keys if not node.spec.entries[key].optional}
+
+
+def _slopes(node: Node) -> list[Slope]:
+    """Return the rules on slopes, those of the widest types first: steps are taken back from the end."""
+    rules = [rule for rule in node.spec.behaviours.values() if isinstance(rule, Slope)]
+    return sorted(rules, key=lambda rule: -_octets(node, rule))
 
 
 def _octets(node: Node, rule: Slope) -> int:

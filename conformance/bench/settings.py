@@ -62,15 +62,25 @@ class Settings:
         """
         self._node.reset()
         self._refuse_offsets()
+        self.found = self.look()
+
+    def look(self) -> Values:
+        """Return what every setting that the node has holds now.
+
+        Raises:
+            SetupRefused: One cannot be read.
+        """
+        held: Values = {}
         for entry in self._spec.entries.values():
             if any(
                 is_setting(reading, self._spec) and reading.writable for reading in entry.readings
             ):
                 transfer = self._node.sdo.upload(*entry.key)
                 if transfer.data is not None:
-                    self.found[entry.key] = self._node.upload(*entry.key)
+                    held[entry.key] = self._node.upload(*entry.key)
                 elif not entry.optional:
                     raise SetupRefused(f"upload of {entry.address}: {transfer}")
+        return held
 
     def _refuse_offsets(self) -> None:
         """Refuse to begin with offsets that only a preset at the same tilt would bring back."""

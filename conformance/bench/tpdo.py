@@ -8,17 +8,24 @@ from conformance.bench.link import Stamped
 from conformance.bench.node import Node
 from conformance.errors import SetupRefused
 from conformance.spec.document import Tpdo
-from conformance.spec.model import Alternative, Entry, address, is_legal
+from conformance.spec.model import Alternative, DeviceSpec, Entry, address, is_legal
 from conformance.wire.cob_id import is_restricted
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtCommand
 from conformance.wire.pdo import MappingEntry
 
 _COB_ID, _TYPE, _INHIBIT, _EVENT_TIMER = 1, 2, 3, 5
+_BY_TIMER = (254, 255)
 _NOT_VALID = 1 << 31
 _BIT_30 = 1 << 30
 _EXTENDED = 1 << 29
 _CAN_ID = 0x7FF
+
+
+def pace_entries(spec: DeviceSpec, communication: int) -> list[Entry]:
+    """Return the entries that say when a TPDO is sent: transmission type and event timer."""
+    entries = (spec.entry(communication, sub) for sub in (_TYPE, _EVENT_TIMER))
+    return [entry for entry in entries if entry is not None]
 
 
 class TpdoPort:
@@ -125,20 +132,19 @@ class TpdoPort:
         return entry is not None and all(is_legal(0, r.legal) for r in entry.readings)
 
     @property
-    def may_act_later(self) -> Alternative | None:
-        """The reading by which type or event timer act only after a store and a reset, if any."""
-        for sub in (_TYPE, _EVENT_TIMER):
-            entry = self._node.spec.entry(self._communication, sub)
-            for other in entry.alternatives if entry is not None else ():
-                if other.entry.effective != "at-once":
-                    return other
-        return None
+    def pace(self) -> list[Entry]:
+        """The entries that say when it is sent."""
+        return pace_entries(self._node.spec, self._communication)
 
     @property
-    def event_ms(self) -> int:
-        """What the event timer holds; 0 where there is none."""
-        entry = self._node.spec.entry(self._communication, _EVENT_TIMER)
-        return 0 if entry is None else self._node.number(*entry.key)
+    def period_ms(self) -> int:
+        """What the event timer holds, if it sends the TPDO by the type that the node holds; else 0."""
+        spec = self._node.spec
+        kind = spec.entry(self._communication, _TYPE)
+        timer = spec.entry(self._communication, _EVENT_TIMER)
+        if timer is None or (kind is not None and self._node.number(*kind.key) not in _BY_TIMER):
+            return 0
+        return self._node.number(*timer.key)
 
     def fixed_mapping(self) -> Alternative | None:
         """Return the reading by which the mapping is fixed, if there is one and the node follows it."""

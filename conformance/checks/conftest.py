@@ -8,6 +8,7 @@ import pytest
 
 from conformance.bench.emcy import EmcyPort
 from conformance.bench.heartbeat import HeartbeatPort
+from conformance.bench.in_force import InForce
 from conformance.bench.lights import LightsPort
 from conformance.bench.lss import LssPort
 from conformance.bench.node import Node
@@ -15,6 +16,7 @@ from conformance.bench.session import Bench
 from conformance.bench.settling import Settling
 from conformance.bench.stimulus import Stimulus
 from conformance.checks import BENCH, PASSED, VERDICT
+from conformance.effects import IN_FORCE
 from conformance.spec.model import DeviceSpec
 from conformance.verdict import Verdict
 
@@ -54,6 +56,18 @@ def stimulus(bench: Bench, node: Node) -> Iterator[Stimulus]:
     stimulus = Stimulus(bench.link, Settling(node))
     yield stimulus
     stimulus.rest()
+
+
+@pytest.fixture
+def in_force(bench: Bench, node: Node) -> Iterator[InForce]:
+    """What puts values in force that wait for a store; what the node had stored is put back afterwards."""
+    port = InForce(
+        node,
+        allowed=bench.definition.allows(IN_FORCE),
+        by_supply=bench.definition.switches_supply,
+    )
+    yield port
+    port.leave()
 
 
 @pytest.fixture

@@ -20,7 +20,9 @@ Made by `python -m conformance.checks.reference`; a test says when it is out of 
 
 One requirement is one rule and one check, with an id that is never used again. **Level** is who demands it: *manual*, the
 device's own manual, or *shall* and *should*, the standard, whose clause is the source. Effects are what a check may do to the
-node, needs what it takes beside a bus; single items can have more of both, and `catalogue DEVICE` lists the items of a device.\
+node, needs what it takes beside a bus; single items can have more of both, and `catalogue DEVICE` lists the items of a device.
+Where a manual leaves open whether a setting acts before it was stored, and it does not, a check stores it and restarts the node
+if the bench allows that.\
 """
 SERVICES = {
     "BIT": "Bit rate",

@@ -7,12 +7,14 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
 from conformance.bench.sdo import Transfer
+from conformance.bench.settling import Settling
 from conformance.bench.slope import Seen, SlopePort, degrees
 from conformance.checks import cases
 from conformance.checks.limits import STEPS, tilt_tolerance_deg
-from conformance.errors import SetupRefused
+from conformance.checks.waiting import at_need, put_in_force
 from conformance.requirements import Case, Cases
 from conformance.spec.behaviours import Slope
 from conformance.spec.fields import key_of, of_variant
@@ -140,14 +142,25 @@ def tilted(spec: DeviceSpec, share: float) -> tuple[float, float]:
 Pick = Callable[[MeasuredSlope, DeviceSpec], bool]
 
 
-def slopes(pick: Pick = lambda slope, spec: True) -> tuple[str, Cases]:  # noqa: ARG005 - its default takes all
-    """Return cases for the slopes that ``pick`` takes."""
+def slopes(
+    pick: Pick = lambda slope, spec: True,  # noqa: ARG005 - its default takes all
+    *,
+    setting: str = "",
+) -> tuple[str, Cases]:
+    """Return cases for the slopes that ``pick`` takes.
+
+    Args:
+        pick: Which.
+        setting: Attribute of a slope's rule: the object that may have to be stored to act.
+    """
 
     def generate(spec: DeviceSpec) -> Iterable[Case]:
         for slope in measured_slopes(spec):
             if pick(slope, spec):
                 section = slope.rule.source if slope.rule else slope.entry.source
-                yield Case(slope.entry.address, slope, section)
+                named = getattr(slope.rule, setting, None)
+                waits = () if named is None else at_need(spec.entries[key_of(named)])
+                yield Case(slope.entry.address, slope, section, at_need=waits)
 
     return "slope", generate
 
@@ -321,12 +334,27 @@ def confirmed(verdict: Verdict, what: str, transfer: Transfer) -> None:
     verdict.holds(what, expected="confirmed", actual=str(transfer), ok=transfer.confirmed)
 
 
-def require_acts_at_once(entry: Entry, what: str) -> None:
-    """Make sure that nothing having changed is the device's doing.
+def seen_with(
+    node: Node,
+    port: SlopePort,
+    setting: Entry,
+    in_force: InForce,
+    verdict: Verdict,
+    is_as_before: Callable[[Seen], bool],
+) -> Seen:
+    """Return what a slope shows with a new setting, stored first where it may have to be.
 
-    Raises:
-        SetupRefused: A reading lets the setting act only after it was stored.
+    Args:
+        node: The node under test.
+        port: The slope.
+        setting: What was written.
+        in_force: What stores it.
+        verdict: To note the reading that the node follows.
+        is_as_before: Tells whether what the slope shows says that the setting does not act.
     """
-    for reading in entry.readings:
-        if reading.effective != "at-once":
-            raise SetupRefused(f"{what}; {entry.address} may have to be stored first")
+
+    def goes_on() -> bool:
+        return is_as_before(port.seen())
+
+    put_in_force(in_force, verdict, [setting], goes_on, Settling(node).wait)
+    return port.seen()

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 
+from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
+from conformance.bench.slope import Seen
 from conformance.bench.stimulus import Stimulus
 from conformance.checks import cases
 from conformance.checks.slopes import (
@@ -17,11 +20,12 @@ from conformance.checks.slopes import (
     measured_slopes,
     port_of,
     possible,
-    require_acts_at_once,
+    seen_with,
     targets,
     within_a_turn,
 )
 from conformance.checks.steps import require_writable
+from conformance.checks.waiting import at_need
 from conformance.requirements import Case, requirement
 from conformance.spec.fields import key_of
 from conformance.spec.model import DeviceSpec, Entry
@@ -50,7 +54,7 @@ def _resolutions(spec: DeviceSpec) -> Iterable[Case]:
             if entry.always_legal(value):
                 new = NewResolution(slope, entry, value)
                 label = f"{slope.entry.address}/{value}"
-                yield Case(label, new, entry.source_of("values"))
+                yield Case(label, new, entry.source_of("values"), at_need=at_need(entry))
 
 
 @requirement(
@@ -61,7 +65,7 @@ def _resolutions(spec: DeviceSpec) -> Iterable[Case]:
     needs=("tilt",),
 )
 def test_slope_counts_in_the_resolution(
-    node: Node, new: NewResolution, stimulus: Stimulus, verdict: Verdict
+    node: Node, new: NewResolution, stimulus: Stimulus, in_force: InForce, verdict: Verdict
 ) -> None:
     """With each documented resolution the slope and its offsets count in its unit, at the same tilt."""
     port = port_of(node, new.slope)
@@ -76,10 +80,11 @@ def test_slope_counts_in_the_resolution(
     transfer = node.try_download(new.entry.index, new.entry.sub, data)
 
     confirmed(verdict, f"download of {new.value} to {new.entry.address}", transfer)
-    after = port.seen()
-    unchanged = distance(after.value, before.value, 0) <= margin_of(after, before)
-    if unchanged and port.step_deg != before_deg:
-        require_acts_at_once(new.entry, "the new resolution shows no effect")
+    as_before = partial(_is_same, before)
+    new_deg = port.step_deg != before_deg
+    after = (
+        seen_with(node, port, new.entry, in_force, verdict, as_before) if new_deg else port.seen()
+    )
     after_deg = port.step_deg
     wanted_deg = (before.value - offsets) * before_deg
     measured_deg = (after.value - port.offset - port.differential) * after_deg
@@ -90,6 +95,11 @@ def test_slope_counts_in_the_resolution(
         (margin_of(before) * before_deg) + (margin_of(after) * after_deg),
         unit="deg",
     )
+
+
+def _is_same(before: Seen, seen: Seen) -> bool:
+    """Tell whether a slope shows the number that it did before."""
+    return distance(seen.value, before.value, 0) <= margin_of(seen, before)
 
 
 def _unit_deg(new: NewResolution, before_deg: float, node: Node) -> float:
@@ -105,7 +115,8 @@ def _changed_slopes(spec: DeviceSpec) -> Iterable[Case]:
             entry = spec.entries[key_of(slope.rule.resolution or 0)]
             coarsest = max(entry.values or (0,))
             if coarsest and cases.same_type(entry):
-                yield Case(slope.entry.address, NewResolution(slope, entry, coarsest), entry.source)
+                new = NewResolution(slope, entry, coarsest)
+                yield Case(slope.entry.address, new, entry.source, at_need=at_need(entry))
 
 
 @requirement(
@@ -116,7 +127,7 @@ def _changed_slopes(spec: DeviceSpec) -> Iterable[Case]:
     needs=("tilt",),
 )
 def test_new_resolution_and_the_offsets(
-    node: Node, new: NewResolution, stimulus: Stimulus, verdict: Verdict
+    node: Node, new: NewResolution, stimulus: Stimulus, in_force: InForce, verdict: Verdict
 ) -> None:
     """A new resolution deletes, keeps or converts the offsets as documented."""
     port = port_of(node, new.slope)
@@ -132,7 +143,11 @@ def test_new_resolution_and_the_offsets(
     value = _other_value(node, new)
     node.download(new.entry.index, new.entry.sub, value)
 
-    after, after_deg = port.seen(), port.step_deg
+    def goes_on(seen: Seen) -> bool:
+        return (port.offset, port.differential) == (offset, shift) and _is_same(before, seen)
+
+    after_deg = port.step_deg
+    seen_with(node, port, new.entry, in_force, verdict, goes_on)
     held = {
         "keeps-numbers": (offset, shift),
         "keeps-angles": (offset * before_deg / after_deg, shift * before_deg / after_deg),
@@ -141,8 +156,6 @@ def test_new_resolution_and_the_offsets(
     }
     got = (port.offset, port.differential)
     changes = possible(node.spec, new.slope, "resolution_change")
-    if got == (offset, shift) and distance(after.value, before.value, 0) <= margin_of(after):
-        require_acts_at_once(new.entry, "the new resolution shows no effect")
     fitting = [
         other
         for what, other in changes.items()

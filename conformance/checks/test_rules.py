@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
+from conformance.bench.sdo import Transfer
 from conformance.checks import cases
 from conformance.checks.slopes import (
     MeasuredSlope,
@@ -14,12 +16,12 @@ from conformance.checks.slopes import (
     having,
     judge,
     port_of,
-    require_acts_at_once,
     slopes,
     targets,
     turn_steps,
 )
 from conformance.checks.steps import require_writable
+from conformance.checks.waiting import at_need, put_in_force
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, requirement
 from conformance.spec.behaviours import SameValue, Slope
@@ -163,41 +165,77 @@ def _conditional(spec: DeviceSpec) -> Iterable[Case]:
             every = other is not None and all(condition in r.writable_while for r in entry.readings)
             if other is not None and every and _plain(other, spec) and _plain(entry, spec):
                 label = f"{entry.address}/{other.address}" if several else entry.address
-                yield Case(label, Conditional(entry, condition), entry.source)
+                conditional = Conditional(entry, condition)
+                yield Case(label, conditional, entry.source, at_need=at_need(other))
 
 
 @requirement("DEV-20", level="manual", cases=("case", _conditional), effects=("reads", "writes"))
 def test_entry_changes_only_while_another_allows_it(
-    node: Node, case: Conditional, verdict: Verdict
+    node: Node, case: Conditional, in_force: InForce, verdict: Verdict
 ) -> None:
     """While another object does not hold what is needed, a new value is refused, or ignored as documented."""
     entry, condition = case.entry, case.condition
     require_writable(node, entry)
     other = node.spec.entries[condition.key]
     node.download(*other.key, node.number(*other.key) ^ condition.mask)
-    before = node.number(*entry.key)
-    values = [edge for interval in entry.legal or () for edge in interval if edge != before]
-    if not values:
-        raise SetupRefused(f"{entry.address} has no other documented value")
 
-    transfer = node.try_download(*entry.key, entry.type.encode(values[0]))
+    def goes_on() -> bool:
+        return _try_another(node, entry).changed
 
-    after = node.number(*entry.key)
-    if transfer.confirmed and after != before:
-        require_acts_at_once(other, f"{entry.address} is changed")
+    put_in_force(in_force, verdict, [other], goes_on)
+
+    tried = _try_another(node, entry)
+
+    transfer = tried.transfer
     ways = {reading.otherwise for reading in entry.readings}
     verdict.holds(
-        f"download of {values[0]} to {entry.address}",
+        f"download of {tried.value} to {entry.address}",
         expected="an abort" if ways == {"refused"} else "an abort or no effect",
         actual=str(transfer),
         ok=transfer.refused or (transfer.confirmed and "ignored" in ways),
     )
-    verdict.equal(f"value of {entry.address}", after, before)
+    verdict.equal(f"value of {entry.address}", tried.after, tried.before)
     way = "refused" if transfer.refused else "ignored"
     if way != entry.otherwise:
         for alternative in entry.alternatives:
             if alternative.entry.otherwise == way:
                 verdict.follows(alternative.ambiguity, alternative.reading)
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """A new value that was written to an entry.
+
+    Args:
+        before: What it held.
+        value: What was written.
+        transfer: The answer.
+        after: What it holds.
+    """
+
+    before: int
+    value: int
+    transfer: Transfer
+    after: int
+
+    @property
+    def changed(self) -> bool:
+        """It was taken."""
+        return self.transfer.confirmed and self.after != self.before
+
+
+def _try_another(node: Node, entry: Entry) -> Tried:
+    """Write another documented value to an entry.
+
+    Raises:
+        SetupRefused: There is none.
+    """
+    before = node.number(*entry.key)
+    values = [edge for interval in entry.legal or () for edge in interval if edge != before]
+    if not values:
+        raise SetupRefused(f"{entry.address} has no other documented value")
+    transfer = node.try_download(*entry.key, entry.type.encode(values[0]))
+    return Tried(before, values[0], transfer, node.number(*entry.key))
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
+
+from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
+from conformance.bench.slope import Seen, SlopePort
 from conformance.bench.stimulus import Stimulus
 from conformance.checks.slopes import (
     MeasuredSlope,
@@ -16,7 +20,7 @@ from conformance.checks.slopes import (
     offset_writable,
     port_of,
     possible,
-    require_acts_at_once,
+    seen_with,
     slopes,
     targets,
     turn_steps,
@@ -24,22 +28,31 @@ from conformance.checks.slopes import (
 from conformance.errors import SetupRefused
 from conformance.requirements import requirement
 from conformance.spec.fields import key_of
-from conformance.spec.model import DeviceSpec
+from conformance.spec.model import DeviceSpec, Entry
 from conformance.verdict import Verdict
 
 TILT_SHARE = 0.4
 SHIFT_SHARE = 0.25
 
 
+def _parameter(node: Node, port: SlopePort) -> Entry:
+    return node.spec.entries[key_of(port.rule_of("operating_parameter"))]
+
+
+def _is_same(before: Seen, turn: float, seen: Seen) -> bool:
+    """Tell whether a slope shows what it did before, whole turns left out of account."""
+    return distance(seen.value, before.value, turn) <= margin_of(seen, before)
+
+
 @requirement(
     "DEV-08",
     level="manual",
-    cases=slopes(having("operating_parameter", "inversion")),
+    cases=slopes(having("operating_parameter", "inversion"), setting="operating_parameter"),
     effects=("reads", "writes"),
     needs=("tilt",),
 )
 def test_inversion_changes_the_sign(
-    node: Node, slope: MeasuredSlope, stimulus: Stimulus, verdict: Verdict
+    node: Node, slope: MeasuredSlope, stimulus: Stimulus, in_force: InForce, verdict: Verdict
 ) -> None:
     """With the inversion set a slope has the other sign."""
     port = port_of(node, slope)
@@ -52,11 +65,9 @@ def test_inversion_changes_the_sign(
     shown = {"measured": 2 * offsets - before.value, "sum": -before.value}
     inverts = possible(node.spec, slope, "inverts")
     outcomes = [Outcome(shown[what], (other,)) for what, other in inverts.items()]
-    after = port.seen()
     turn = turn_steps(slope, port.step_deg)
-    if distance(after.value, before.value, turn) <= margin_of(after, before):
-        parameter = node.spec.entries[key_of(port.rule_of("operating_parameter"))]
-        require_acts_at_once(parameter, "the inversion shows no effect")
+    as_before = partial(_is_same, before, turn)
+    after = seen_with(node, port, _parameter(node, port), in_force, verdict, as_before)
     judge(
         verdict, f"{slope.entry.address} inverted", after, outcomes, before=before, turn_steps=turn
     )
@@ -71,11 +82,11 @@ def _is_plain_unscaled(slope: MeasuredSlope, spec: DeviceSpec) -> bool:
 @requirement(
     "DEV-09",
     level="manual",
-    cases=slopes(_is_plain_unscaled),
+    cases=slopes(_is_plain_unscaled, setting="operating_parameter"),
     effects=("reads", "writes"),
 )
 def test_offsets_count_with_scaling_only(
-    node: Node, slope: MeasuredSlope, verdict: Verdict
+    node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
 ) -> None:
     """With scaling off a slope shows the measured angle without its offsets."""
     port = port_of(node, slope)
@@ -90,11 +101,9 @@ def test_offsets_count_with_scaling_only(
     shown = {"measured": plain.value - offsets, "with-offsets": before.value}
     unscaled = possible(node.spec, slope, "unscaled")
     outcomes = [Outcome(shown[what], (other,)) for what, other in unscaled.items()]
-    after = port.seen()
     turn = turn_steps(slope, step_deg)
-    if distance(after.value, before.value, turn) <= margin_of(after, before):
-        parameter = node.spec.entries[key_of(port.rule_of("operating_parameter"))]
-        require_acts_at_once(parameter, "the scaling shows no effect")
+    as_before = partial(_is_same, before, turn)
+    after = seen_with(node, port, _parameter(node, port), in_force, verdict, as_before)
     judge(
         verdict, f"{slope.entry.address} unscaled", after, outcomes, before=before, turn_steps=turn
     )

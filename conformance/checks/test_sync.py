@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
 from conformance.bench.tpdo import TpdoPort
 from conformance.checks.steps import ENTER, require_alive, state_word
@@ -16,9 +17,10 @@ from conformance.checks.tpdo_cases import (
 from conformance.checks.tpdos import (
     others_off,
     port_of,
-    require_in_force,
+    require_acts,
     set_up,
     sync_id,
+    waiting,
 )
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
@@ -46,7 +48,7 @@ def _answered(node: Node, port: TpdoPort, frame: Frame) -> int:
     return len(port.listen(ANSWER_S))
 
 
-def _follows_sync(node: Node, number: int) -> TpdoPort:
+def _follows_sync(node: Node, number: int, in_force: InForce, verdict: Verdict) -> TpdoPort:
     """Return a TPDO that is sent after every SYNC.
 
     Raises:
@@ -54,10 +56,10 @@ def _follows_sync(node: Node, number: int) -> TpdoPort:
     """
     port = port_of(node, number)
     others_off(node, number)
-    before_ms = port.event_ms
+    before_ms = port.period_ms
     set_up(node, port, EVERY_SYNC)
     port.start()
-    require_in_force(port, before_ms)
+    require_acts(in_force, port, before_ms, verdict)
     if _answered(node, port, Frame(sync_id(node))) != 1:
         raise SetupRefused("the TPDO does not follow SYNC, see TPDO-03")
     return port
@@ -78,13 +80,15 @@ def _movable(spec: DeviceSpec) -> Iterable[Case]:
 @requirement(
     "SYNC-01",
     level="shall",
-    cases=("number", _movable),
+    cases=("number", waiting(_movable)),
     source=COB_ID,
     effects=("reads", "writes"),
 )
-def test_sync_is_taken_on_its_cob_id(node: Node, number: int, verdict: Verdict) -> None:
+def test_sync_is_taken_on_its_cob_id(
+    node: Node, number: int, in_force: InForce, verdict: Verdict
+) -> None:
     """With another COB-ID of SYNC the node follows that identifier, and no longer the one before."""
-    port = _follows_sync(node, number)
+    port = _follows_sync(node, number, in_force, verdict)
     node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
     before, entry = sync_id(node), _cob_id(node.spec)
     if entry is None:
@@ -102,13 +106,15 @@ def test_sync_is_taken_on_its_cob_id(node: Node, number: int, verdict: Verdict) 
 @requirement(
     "SYNC-02",
     level="shall",
-    cases=("number", synchronous),
+    cases=("number", waiting(synchronous)),
     source=f"{CIA301}, 7.3.2.2.5",
     effects=("reads", "writes"),
 )
-def test_sync_sends_in_operational_only(node: Node, number: int, verdict: Verdict) -> None:
+def test_sync_sends_in_operational_only(
+    node: Node, number: int, in_force: InForce, verdict: Verdict
+) -> None:
     """A SYNC sends no TPDO in Pre-operational or in Stopped."""
-    port, frame = _follows_sync(node, number), Frame(sync_id(node))
+    port, frame = _follows_sync(node, number, in_force, verdict), Frame(sync_id(node))
 
     for state in (NmtState.STOPPED, NmtState.PRE_OPERATIONAL):
         node.nmt(ENTER[state])
@@ -128,13 +134,15 @@ def _lengths(spec: DeviceSpec) -> Iterable[Case]:
 @requirement(
     "SYNC-03",
     level="shall",
-    cases=("sync", _lengths),
+    cases=("sync", waiting(_lengths)),
     source=f"{CIA301}, 7.2.5",
     effects=("reads", "writes"),
 )
-def test_node_outlives_sync_with_data(node: Node, sync: Numbered, verdict: Verdict) -> None:
+def test_node_outlives_sync_with_data(
+    node: Node, sync: Numbered, in_force: InForce, verdict: Verdict
+) -> None:
     """After a SYNC with a counter or of a wrong length the node follows the next proper one."""
-    port = _follows_sync(node, sync.number)
+    port = _follows_sync(node, sync.number, in_force, verdict)
 
     node.send(Frame(sync_id(node), bytes([1] * sync.figure)))
     port.listen(ANSWER_S)
@@ -178,13 +186,13 @@ def test_consumer_sends_no_sync(node: Node, entry: Entry, verdict: Verdict) -> N
 @requirement(
     "SYNC-05",
     level="shall",
-    cases=("number", first_synchronous),
+    cases=("number", waiting(first_synchronous)),
     source=COB_ID,
     effects=("reads", "writes"),
 )
-def test_sync_has_11_bits(node: Node, number: int, verdict: Verdict) -> None:
+def test_sync_has_11_bits(node: Node, number: int, in_force: InForce, verdict: Verdict) -> None:
     """A frame with a 29-bit identifier of the same number is no SYNC."""
-    port = _follows_sync(node, number)
+    port = _follows_sync(node, number, in_force, verdict)
 
     extended = _answered(node, port, Frame(sync_id(node), extended=True))
     proper = _answered(node, port, Frame(sync_id(node)))

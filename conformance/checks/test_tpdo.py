@@ -6,12 +6,14 @@ from collections.abc import Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
+from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
 from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
 from conformance.checks.steps import ENTER, require_alive
 from conformance.checks.tpdo_cases import Numbered
 from conformance.checks.tpdos import (
     ASYNCHRONOUS,
+    act_on,
     allows,
     disablable,
     event_time_ms,
@@ -20,10 +22,10 @@ from conformance.checks.tpdos import (
     others_off,
     paced,
     port_of,
-    require_in_force,
     send_syncs,
     set_up,
     tpdos,
+    waiting,
 )
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec
@@ -106,19 +108,21 @@ def test_tpdo_is_sent_in_operational_only(node: Node, number: int, verdict: Verd
 @requirement(
     "TPDO-02",
     level="shall",
-    cases=("timer", _event_timers),
+    cases=("timer", waiting(_event_timers)),
     source=COMMUNICATION,
     effects=("reads", "writes"),
 )
-def test_event_timer_sets_the_period(node: Node, timer: Timed, verdict: Verdict) -> None:
+def test_event_timer_sets_the_period(
+    node: Node, timer: Timed, in_force: InForce, verdict: Verdict
+) -> None:
     """With an asynchronous type the TPDO is sent at the period of its event timer."""
     port = port_of(node, timer.number)
     others_off(node, timer.number)
-    before_ms = port.event_ms
+    before_ms = port.period_ms
     set_up(node, port, timer.kind, timer.period_ms)
     port.start()
     if timer.period_ms != before_ms:
-        require_in_force(port, before_ms)
+        act_on(in_force, port, before_ms, verdict)
 
     periods = _periods(timer.period_ms)
     seen = port.collect(periods + 2, (periods + 2) * timer.period_ms * 2 / 1000)
@@ -140,18 +144,20 @@ def test_event_timer_sets_the_period(node: Node, timer: Timed, verdict: Verdict)
 @requirement(
     "TPDO-03",
     level="manual",
-    cases=("kind", _sync_types),
+    cases=("kind", waiting(_sync_types)),
     source=COMMUNICATION,
     effects=("reads", "writes"),
 )
-def test_tpdo_follows_every_nth_sync(node: Node, kind: Numbered, verdict: Verdict) -> None:
+def test_tpdo_follows_every_nth_sync(
+    node: Node, kind: Numbered, in_force: InForce, verdict: Verdict
+) -> None:
     """With a synchronous type n the TPDO is sent after every n-th SYNC."""
     port = port_of(node, kind.number)
     others_off(node, kind.number)
-    before_ms = port.event_ms
+    before_ms = port.period_ms
     set_up(node, port, kind.figure)
     port.start()
-    require_in_force(port, before_ms)
+    act_on(in_force, port, before_ms, verdict)
 
     syncs = 2 * kind.figure if kind.figure > 10 else 5 * kind.figure
     answered = send_syncs(node, port, syncs)

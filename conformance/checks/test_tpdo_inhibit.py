@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
 from conformance.checks.limits import gap_tolerance_ms
 from conformance.checks.steps import COB_ID_SUB, tpdo_service
@@ -25,8 +26,9 @@ from conformance.checks.tpdos import (
     others_off,
     paced,
     port_of,
-    require_in_force,
+    require_acts,
     set_up,
+    waiting,
 )
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
@@ -59,11 +61,13 @@ def _valid(spec: DeviceSpec) -> Iterable[Case]:
 @requirement(
     "TPDO-11",
     level="shall",
-    cases=("number", _timed),
+    cases=("number", waiting(_timed)),
     source=COMMUNICATION,
     effects=("reads", "writes"),
 )
-def test_inhibit_time_keeps_tpdos_apart(node: Node, number: int, verdict: Verdict) -> None:
+def test_inhibit_time_keeps_tpdos_apart(
+    node: Node, number: int, in_force: InForce, verdict: Verdict
+) -> None:
     """TPDOs are not closer than the inhibit time, in multiples of its unit."""
     port = port_of(node, number)
     kind = asynchronous_type(node.spec, number)
@@ -71,11 +75,11 @@ def test_inhibit_time_keeps_tpdos_apart(node: Node, number: int, verdict: Verdic
     if kind is None or event_ms is None:
         raise SetupRefused("the manual offers no event timer to make the TPDO come")
     others_off(node, number)
-    before_ms, apart_ms = port.event_ms, APART * event_ms
+    before_ms, apart_ms = port.period_ms, APART * event_ms
     set_up(node, port, kind, event_ms)
     port.set_inhibit_time(round(apart_ms * 1000 / tpdo_service(node).inhibit_unit_us))
     port.start()
-    require_in_force(port, before_ms)
+    require_acts(in_force, port, before_ms, verdict)
 
     seen = gaps_ms(port.collect(SEEN + 1, SEEN * 3 * apart_ms / 1000)[1:])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import pairwise
 
+from conformance.bench.in_force import InForce
 from conformance.bench.link import Stamped
 from conformance.bench.node import Node
 from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
@@ -26,8 +27,9 @@ from conformance.checks.tpdos import (
     gaps_ms,
     others_off,
     port_of,
-    require_in_force,
+    require_acts,
     set_up,
+    waiting,
 )
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
@@ -43,14 +45,16 @@ FIRST_MS = 200
 SEEN = 8
 
 
-def _run_by_timer(node: Node, number: int, at_least_ms: int) -> int:
+def _run_by_timer(
+    node: Node, number: int, at_least_ms: int, in_force: InForce, verdict: Verdict
+) -> int:
     """Have a TPDO sent by its event timer, set to another time than before; return the period in ms.
 
     Raises:
-        SetupRefused: It is not sent at all, or not at that period yet.
+        SetupRefused: It is not sent at all.
     """
     port, kind = port_of(node, number), asynchronous_type(node.spec, number)
-    before_ms = port.event_ms
+    before_ms = port.period_ms
     found = (event_time_ms(node.spec, number, at_least_ms + more) for more in (0, OTHER_MS))
     event_ms = next((time for time in found if time not in (None, before_ms)), None)
     if kind is None or event_ms is None:
@@ -58,7 +62,7 @@ def _run_by_timer(node: Node, number: int, at_least_ms: int) -> int:
     others_off(node, number)
     set_up(node, port, kind, event_ms)
     port.start()
-    require_in_force(port, before_ms)
+    require_acts(in_force, port, before_ms, verdict)
     if len(port.collect(2, 4 * event_ms / 1000)) < 2:
         raise SetupRefused("the TPDO does not come, see TPDO-02")
     return event_ms
@@ -80,14 +84,16 @@ def _can_be_off(spec: DeviceSpec) -> Iterable[Case]:
 @requirement(
     "TPDO-07",
     level="shall",
-    cases=("number", _can_be_off),
+    cases=("number", waiting(_can_be_off)),
     source=COMMUNICATION,
     effects=("reads", "writes"),
 )
-def test_event_time_0_switches_the_timer_off(node: Node, number: int, verdict: Verdict) -> None:
+def test_event_time_0_switches_the_timer_off(
+    node: Node, number: int, in_force: InForce, verdict: Verdict
+) -> None:
     """With an event time of 0 an asynchronous TPDO is not sent again and again."""
     port, timer = port_of(node, number), parameter_of(node, number, EVENT_TIMER_SUB)
-    period_ms = _run_by_timer(node, number, EVENT_MS)
+    period_ms = _run_by_timer(node, number, EVENT_MS, in_force, verdict)
 
     answer = node.try_download(*timer.key, timer.type.encode(0))
     refusing = [it for it in timer.alternatives if not is_legal(0, it.entry.legal)]
@@ -101,6 +107,8 @@ def test_event_time_0_switches_the_timer_off(node: Node, number: int, verdict: V
         verdict.follows(refusing[0].ambiguity, refusing[0].reading)
     if not answer.confirmed:
         return
+    if in_force.repeat():
+        port.start()
     for when in ("while it was sent", "before Operational was entered"):
         seen = port.listen(max(WINDOW_S, 4 * period_ms / 1000))
         verdict.equal(f"TPDOs with nothing new, 0 written {when}", _repeated(seen), 0)
@@ -122,14 +130,16 @@ def _changeable(spec: DeviceSpec) -> Iterable[Case]:
 @requirement(
     "TPDO-08",
     level="shall",
-    cases=("number", _changeable),
+    cases=("number", waiting(_changeable)),
     source=COMMUNICATION,
     effects=("reads", "writes"),
 )
-def test_new_event_time_takes_effect(node: Node, number: int, verdict: Verdict) -> None:
+def test_new_event_time_takes_effect(
+    node: Node, number: int, in_force: InForce, verdict: Verdict
+) -> None:
     """A new event time counts from the timer's next run or next start, as documented, and is kept by then."""
     port, timer = port_of(node, number), parameter_of(node, number, EVENT_TIMER_SUB)
-    old_ms = _run_by_timer(node, number, OLD_MS)
+    old_ms = _run_by_timer(node, number, OLD_MS, in_force, verdict)
     new_ms = event_time_ms(node.spec, number, NEW_MS) or NEW_MS
 
     mark = node.link.mark()
@@ -137,6 +147,7 @@ def test_new_event_time_takes_effect(node: Node, number: int, verdict: Verdict) 
     node.download(*timer.key, new_ms)
     port.collect(SEEN, SEEN * 2 * old_ms / 1000)
     present, *later = gaps_ms(node.link.since(mark, port.matches)) or [0.0]
+    in_force.repeat()
     _anew(node, number)
     anew = gaps_ms(port.collect(SEEN, SEEN * 2 * old_ms / 1000))[1:]
 
@@ -166,18 +177,22 @@ def _too_short(spec: DeviceSpec) -> Iterable[Case]:
 @requirement(
     "TPDO-09",
     level="manual",
-    cases=("timer", _too_short),
+    cases=("timer", waiting(_too_short)),
     effects=("reads", "writes"),
 )
-def test_event_time_below_the_least_cycle(node: Node, timer: Numbered, verdict: Verdict) -> None:
+def test_event_time_below_the_least_cycle(
+    node: Node, timer: Numbered, in_force: InForce, verdict: Verdict
+) -> None:
     """A TPDO does not come faster than its least cycle: a shorter event time is refused, raised or dropped."""
     port, entry = (
         port_of(node, timer.number),
         parameter_of(node, timer.number, EVENT_TIMER_SUB),
     )
-    before_ms = _run_by_timer(node, timer.number, OLD_MS)
+    before_ms = _run_by_timer(node, timer.number, OLD_MS, in_force, verdict)
 
     answer = node.try_download(*entry.key, entry.type.encode(timer.figure))
+    if answer.confirmed:
+        in_force.repeat()
     _anew(node, timer.number)
     seen = gaps_ms(port.collect(SEEN + 2, SEEN * 2 * before_ms / 1000))[1:]
 
@@ -217,13 +232,15 @@ def _starts_at_once(spec: DeviceSpec) -> Iterable[Case]:
 @requirement(
     "TPDO-10",
     level="manual",
-    cases=("number", _starts_at_once),
+    cases=("number", waiting(_starts_at_once)),
     effects=("reads", "writes"),
 )
-def test_first_tpdo_comes_at_once(node: Node, number: int, verdict: Verdict) -> None:
+def test_first_tpdo_comes_at_once(
+    node: Node, number: int, in_force: InForce, verdict: Verdict
+) -> None:
     """On entering Operational the TPDO is sent at once, not when the first period is over."""
     port = port_of(node, number)
-    period_ms = _run_by_timer(node, number, FIRST_MS)
+    period_ms = _run_by_timer(node, number, FIRST_MS, in_force, verdict)
     node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
 
     started = node.nmt(NmtCommand.START)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from conformance.bench.in_force import InForce
 from conformance.bench.link import Stamped
 from conformance.bench.node import Node
 from conformance.bench.stimulus import Stimulus
@@ -30,10 +31,11 @@ from conformance.checks.tpdos import (
     event_time_ms,
     others_off,
     port_of,
-    require_in_force,
+    require_acts,
     send_sync,
     set_up,
     sync_id,
+    waiting,
 )
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
@@ -98,18 +100,20 @@ def _both(spec: DeviceSpec) -> Iterable[Case]:
 @requirement(
     "TPDO-14",
     level="shall",
-    cases=("number", _both),
+    cases=("number", waiting(_both)),
     source=COMMUNICATION,
     effects=("reads", "writes"),
 )
-def test_event_timer_leaves_a_synchronous_tpdo(node: Node, number: int, verdict: Verdict) -> None:
+def test_event_timer_leaves_a_synchronous_tpdo(
+    node: Node, number: int, in_force: InForce, verdict: Verdict
+) -> None:
     """With a synchronous type the event timer sends nothing."""
     port, event_ms = port_of(node, number), event_time_ms(node.spec, number, EVENT_MS) or EVENT_MS
     others_off(node, number)
-    before_ms = port.event_ms
+    before_ms = port.period_ms
     set_up(node, port, EVERY_SYNC, event_ms)
     port.start()
-    require_in_force(port, before_ms)
+    require_acts(in_force, port, before_ms, verdict)
 
     unasked = port.listen(max(WINDOW_S, 4 * event_ms / 1000))
     send_sync(node)

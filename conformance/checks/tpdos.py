@@ -7,18 +7,23 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from math import ceil
+from typing import Any
 
+from conformance.bench.in_force import InForce
 from conformance.bench.link import Stamped
 from conformance.bench.node import Node
-from conformance.bench.tpdo import TpdoPort
+from conformance.bench.tpdo import TpdoPort, pace_entries
 from conformance.checks import cases
 from conformance.checks.limits import gap_tolerance_ms
 from conformance.checks.steps import COB_ID_SUB, tpdo_service
+from conformance.checks.waiting import at_need, put_in_force
 from conformance.errors import SetupRefused
-from conformance.requirements import Case
+from conformance.requirements import Case, Cases
 from conformance.spec.model import DeviceSpec, Entry, address, is_legal
+from conformance.verdict import Verdict
 from conformance.wire import cob_id, sync
 from conformance.wire.datatypes import DataType
 
@@ -141,6 +146,24 @@ def disablable(spec: DeviceSpec) -> Iterable[Case]:
             yield case
 
 
+def waiting(generate: Cases) -> Cases:
+    """Return the same cases; those of TPDOs whose parameters may have to be stored first say so."""
+
+    def generated(spec: DeviceSpec) -> Iterable[Case]:
+        first = spec.services.tpdo.communication if spec.services.tpdo is not None else 0
+        for case in generate(spec):
+            pace = pace_entries(spec, first + _number_of(case.subject) - 1)
+            yield replace(case, at_need=at_need(*pace))
+
+    return generated
+
+
+def _number_of(subject: Any) -> int:
+    """Return the number of the TPDO that a check receives, alone or with figures to try."""
+    number: int = subject if isinstance(subject, int) else subject.number
+    return number
+
+
 def port_of(node: Node, number: int) -> TpdoPort:
     """Return a TPDO of the node."""
     return TpdoPort(node, tpdo_service(node), number)
@@ -228,22 +251,41 @@ def gaps_ms(seen: Sequence[Stamped]) -> list[float]:
     return [(b.time_s - a.time_s) * 1000 for a, b in pairwise(seen)]
 
 
-def require_in_force(port: TpdoPort, before_ms: int) -> None:
-    """Make sure that a TPDO acts on its new parameters, where they may have to be stored first.
+def act_on(in_force: InForce, port: TpdoPort, before_ms: int, verdict: Verdict) -> bool:
+    """Have a running TPDO act on its new parameters, where they may have to be stored first.
+
+    Args:
+        in_force: What stores them.
+        port: The TPDO.
+        before_ms: Its period before; 0 where its event timer did not send it.
+        verdict: To judge and note what became of them.
+
+    Returns:
+        Whether it acts on them, as far as that can be seen.
+    """
+    return put_in_force(
+        in_force, verdict, port.pace, partial(_goes_on, port, before_ms), port.start
+    )
+
+
+def require_acts(in_force: InForce, port: TpdoPort, before_ms: int, verdict: Verdict) -> None:
+    """Do the same for set-up.
 
     Raises:
-        SetupRefused: It is still sent at the period it had before.
+        SetupRefused: It is still sent as before.
     """
-    later = port.may_act_later
-    if later is None or not before_ms:
-        return
+    if not act_on(in_force, port, before_ms, verdict):
+        raise SetupRefused("the TPDO does not act on its new parameters, see TPDO-02 and TPDO-03")
+
+
+def _goes_on(port: TpdoPort, before_ms: int) -> bool | None:
+    """Tell whether a TPDO is still sent as before; None where no event timer shows it."""
+    if not before_ms:
+        period_ms = port.period_ms
+        return not port.collect(1, max(WINDOW_S, 4 * period_ms / 1000)) if period_ms else None
     seen = port.collect(PERIODS_BEFORE + 1, (PERIODS_BEFORE + 2) * before_ms / 1000)
     gaps, tolerance_ms = gaps_ms(seen[1:]), gap_tolerance_ms(before_ms)
-    if gaps and all(abs(gap - before_ms) <= tolerance_ms for gap in gaps):
-        raise SetupRefused(
-            f"the TPDO is still sent every {before_ms} ms; new parameters may have to be stored "
-            f"and the node reset first (reading {later.reading} of {later.ambiguity})"
-        )
+    return bool(gaps) and all(abs(gap - before_ms) <= tolerance_ms for gap in gaps)
 
 
 def listen(node: Node, port: TpdoPort, pace: Pace) -> list[Stamped]:

@@ -98,11 +98,13 @@ class ObjectDictionary:
         self._values.update({key: values[key] for key in values if key in self._entries})
         for key, entry in self._entries.items():
             if entry.effective != "at-once":
-                self._in_force[key] = self._values[key]
+                acts = not self._faults.stored_values_never_act
+                self._in_force[key] = self._values[key] if acts else self._defaults[key]
 
     def stored(self, key: Key) -> None:
         """Note that a value was stored; one that waits for that takes effect."""
-        if self._entries[key].effective == "after-store":
+        acts = not self._faults.stored_values_never_act
+        if self._entries[key].effective == "after-store" and acts:
             self._in_force[key] = self._values[key]
 
     def changed(self) -> dict[Key, Value]:

@@ -288,6 +288,9 @@ class Faults(BaseModel):
         default=False,
         description="The last bit of a number that is stored and no default is turned round.",
     )
+    stored_values_never_act: bool = Field(
+        default=False, description="A setting that waits for a store is kept and has no effect."
+    )
     stores_at_once: bool = Field(default=False, description="Keeps every download for good.")
     store_lost_at_power_off: bool = Field(
         default=False, description="What was stored lasts until the supply is switched off."

@@ -63,6 +63,7 @@ OTHERS = {
     "silent",
     "stops-before-the-end",
     "start-object-ignored",
+    "stored-values-never-act",
     "supply-error-early",
     "supply-restarts-early",
     "tpdo-blanks-one-object",

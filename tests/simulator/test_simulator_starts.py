@@ -180,6 +180,16 @@ def test_a_filter_may_act_after_save_and_reset(
     assert (device.read(address), in_force(device, address)) == (value, value)
 
 
+@pytest.mark.parametrize("readings", [{}, {"DST-104": 2}])
+def test_a_stored_value_may_never_act(dst: Build, readings: dict[str, int]) -> None:
+    device = dst(readings, faults=load_faults(["stored-values-never-act"]))
+    device.set(x2001=2)
+    device.save()
+    assert (device.read(0x2001), in_force(device, 0x2001)) == (2, 0)
+    device.reset()
+    assert (device.read(0x2001), in_force(device, 0x2001)) == (2, 0)
+
+
 def test_a_filter_without_such_a_rule_acts_at_once(gim: Build) -> None:
     device = gim()
     device.set(x2603=50)
