@@ -16,6 +16,7 @@ from conformance.spec.load import SpecFile
 from conformance.spec.model import DeviceSpec
 from conformance.spec.readings import ChangeError
 from conformance.spec.resolve import chosen_readings
+from conformance.spec.services import Store
 
 
 def all_defects(file: SpecFile, spec: DeviceSpec) -> list[Defect]:
@@ -63,8 +64,23 @@ def _fingerprint(file: SpecFile, spec: DeviceSpec, readings: dict[str, int]) -> 
         replace(it, name="", unit=None, bits=None, source="", sources={})
         for it in other.entries.values()
     ]
-    facts = (entries, other.services, other.behaviours)
+    covered = [
+        _covered(service, other) for service in (other.services.store, other.services.restore)
+    ]
+    services = other.services.model_copy(update={"store": None, "restore": None})
+    facts = (entries, services, other.behaviours, covered)
     return hashlib.sha256(repr(facts).encode()).digest()
+
+
+def _covered(service: Store | None, spec: DeviceSpec) -> object:
+    """Return what stores or restores, with the objects that it acts on instead of ranges."""
+    if service is None:
+        return None
+    objects = {
+        sub: [index for index in spec.indices() if service.covers(sub, index)]
+        for sub in service.groups
+    }
+    return service.model_copy(update={"groups": objects})
 
 
 def _files() -> Iterator[Defect]:

@@ -1,4 +1,4 @@
-"""Defects of services and behaviours: every figure of their blocks, a little different."""
+"""Defects of services and behaviours: every figure that stands in their blocks, a little different."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ class _Walk:
             place: Where it stands.
         """
         for name, info in type(block).model_fields.items():
-            if name not in NO_FIGURES:
+            if name in block.model_fields_set - NO_FIGURES:
                 yield from self._value(getattr(block, name), info.annotation, (*place, name))
 
     def _value(self, value: Any, kind: Any, place: tuple[Any, ...]) -> Iterator[Change]:
