@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from typing import Any
 
 from conformance import resources
 from conformance.errors import SpecError
@@ -34,12 +35,15 @@ def real_defects(file: SpecFile, spec: DeviceSpec, defects: Iterable[Defect]) ->
     """Return those defects that are some.
 
     None is what no spec file may say, what changes nothing in this variant, and what another
-    reading of the manual has.
+    reading of the manual has, or a part of it.
     """
     conforming = {_fingerprint(file, spec, {}), *_readings(file, spec)}
+    parts = list(_parts_of_readings(file))
     for defect in defects:
         try:
             changes = load_faults(defect.faults).changes
+            if changes and all(change in parts for change in changes.items()):
+                continue
             if not changes or _fingerprint(file.changed(changes), spec, {}) not in conforming:
                 yield defect
         except SpecError:
@@ -54,6 +58,13 @@ def _readings(file: SpecFile, spec: DeviceSpec) -> Iterator[bytes]:
                     yield _fingerprint(file, spec, {ambiguity.id: number})
                 except (SpecError, ChangeError):
                     continue
+
+
+def _parts_of_readings(file: SpecFile) -> Iterator[tuple[str, Any]]:
+    for ambiguity in file.document.ambiguities:
+        if ambiguity.judged_by == "either":
+            for reading in ambiguity.readings:
+                yield from reading.changes.items()
 
 
 def _fingerprint(file: SpecFile, spec: DeviceSpec, readings: dict[str, int]) -> bytes:
