@@ -18,7 +18,10 @@ AHEAD = 8
 """Frames that the transmit queue of every adapter holds."""
 
 QUIET_S = 0.2
-"""A node that was silent for so long has answered what it will."""
+"""A node that has answered as often as it was asked, and was silent for so long, answers no more.
+
+One that has not may still be asked: others keep the frames of the bench from the bus.
+"""
 
 _ASKED = (0x1001, 0)
 _NOBODY = 0x6E0
@@ -35,9 +38,12 @@ def send_burst(node: Node) -> None:
     channel.settle()
     request = Frame(channel.request_id, encode(InitiateUpload(*_ASKED)))
     other = Frame(_NOBODY, b"\x55" * 8)
+    mark = node.link.mark()
     _send(node.link, (other if n % REQUEST_EVERY else request for n in range(FRAMES)))
     for _ in range(FRAMES):
-        if node.link.wait(channel.is_response, QUIET_S) is None:
+        open_ones = FRAMES // REQUEST_EVERY - len(node.link.since(mark, channel.is_response))
+        wait_s = max(QUIET_S, channel.timeout_s) if open_ones > 0 else QUIET_S
+        if node.link.wait(channel.is_response, wait_s) is None:
             break
     channel.begin()
 

@@ -64,6 +64,13 @@ class Response:
         return next(s for s, value in self.looks if 2 * abs(value - self.before) >= abs(self.step))
 
     @property
+    def unseen_s(self) -> float:
+        """How long nobody looked before it had, in s: the slower the bus, the longer."""
+        times = [s for s, _ in self.looks]
+        place = times.index(self.half_s)
+        return times[place] - times[max(place - 1, 0)]
+
+    @property
     def overshoot(self) -> float:
         """By how much it went further than in the end, in steps."""
         sign = -1 if self.step < 0 else 1

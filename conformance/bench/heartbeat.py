@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
+from conformance.bench.intervals import gaps_ms, mean_ms
 from conformance.bench.link import Stamped
 from conformance.bench.node import Node
 from conformance.errors import SetupRefused
@@ -47,10 +46,28 @@ class HeartbeatPort:
         """Receive until ``count`` heartbeats came, or the time is over."""
         return self._node.link.collect(count, timeout_s, self._node.is_error_control)
 
+    def beats(self, count: int, period_ms: int) -> list[Stamped]:
+        """Return ``count`` + 1 heartbeats of about this period, fewer when they stay away."""
+        return self.collect(count + 1, (count + 2) * period_ms * 2 / 1000 + 0.1)
+
     def gaps_ms(self, count: int, period_ms: int) -> list[float]:
         """Return the intervals between ``count`` + 1 heartbeats, fewer when they stay away."""
-        seen = self.collect(count + 1, (count + 2) * period_ms * 2 / 1000 + 0.1)
-        return [(b.time_s - a.time_s) * 1000 for a, b in pairwise(seen)]
+        return self.rhythm(count, period_ms)[0]
+
+    def rhythm(
+        self, count: int, period_ms: int, near_ms: float | None = None
+    ) -> tuple[list[float], list[float]]:
+        """Return the intervals between ``count`` + 1 heartbeats and, as a list of one, their mean.
+
+        Args:
+            count: Intervals wanted; fewer are returned when heartbeats stay away.
+            period_ms: About what they are.
+            near_ms: What they should be, if that is not the same.
+        """
+        seen = self.beats(count, period_ms)
+        near_ms = period_ms if near_ms is None else near_ms
+        link = self._node.link
+        return gaps_ms(link, seen, near_ms), mean_ms(link, seen, near_ms)
 
     def state(self) -> str:
         """Return the state that the heartbeats report once three periods have passed.

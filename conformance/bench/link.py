@@ -15,7 +15,7 @@ from conformance.bench.rig import SimulatedRig
 from conformance.bench.trace import Trace
 from conformance.errors import BenchError
 from conformance.wire.errors import WireError
-from conformance.wire.frame import Frame
+from conformance.wire.frame import Frame, bit_length, priority
 
 CLOCK_STEP_S = 1e-6
 """What is left of a wait below this is over: clocks count in steps."""
@@ -28,6 +28,11 @@ Match: TypeAlias = Callable[[Frame], bool]
 
 @dataclass(frozen=True, slots=True)
 class Stamped:
+BREAK_S = 2e-4
+"""Between frames that follow each other without a break adapters see no more than this."""
+
+_NODE_ID = 0x7F
+
     """A frame on the bus.
 
     Args:
@@ -232,6 +237,36 @@ class Link:
         self._frames.clear()
 
     @property
+    def longest_wait_s(self, stamped: Stamped) -> float:
+        """Return how long a received frame may have waited for the bus, at most.
+
+        It may have waited while others were sent without a break, as long as it would have lost every
+        arbitration: a frame of lower priority that began meanwhile shows that it was not there yet. One
+        of the same node shows nothing, for a node may send its frames in their order.
+
+        Args:
+            stamped: Received since the last `forget`.
+        """
+        begin_s = earliest_s = stamped.time_s - self._duration_s(stamped.frame)
+        node_id, rank = stamped.frame.can_id & _NODE_ID, priority(stamped.frame)
+        own_s = 0.0
+        for other in reversed(self._frames[: stamped.place]):
+            if not other.received:
+                own_s += self._duration_s(other.frame)
+                continue
+            if earliest_s - other.time_s > BREAK_S + own_s:
+                break
+            own_s = 0.0
+            earliest_s = other.time_s - self._duration_s(other.frame)
+            if priority(other.frame) > rank:
+                if other.frame.can_id & _NODE_ID != node_id:
+                    break
+                rank = priority(other.frame)
+        return begin_s - earliest_s
+
+    def _duration_s(self, frame: Frame) -> float:
+        return bit_length(frame) / self.bus_time.bitrate
+
     def line(self) -> int:
         """Lines of the trace so far."""
         return self._trace.lines

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from conformance.bench.intervals import gaps_ms, mean_ms
 from conformance.bench.link import Stamped
 from conformance.bench.node import Node
 from conformance.errors import SetupRefused
@@ -185,6 +186,14 @@ class TpdoPort:
     def collect(self, count: int, timeout_s: float) -> list[Stamped]:
         """Receive until ``count`` frames of this TPDO came, or the time is over."""
         return self._node.link.collect(count, timeout_s, self.matches)
+
+    def gaps_ms(self, seen: Sequence[Stamped], near_ms: float) -> list[float]:
+        """Return the times from one frame to the next, as near to a figure as waits for the bus allow."""
+        return gaps_ms(self._node.link, seen, near_ms)
+
+    def mean_ms(self, seen: Sequence[Stamped], near_ms: float) -> list[float]:
+        """Return their mean as a list of one, as near to a figure as waits for the bus allow."""
+        return mean_ms(self._node.link, seen, near_ms)
 
     def start(self) -> None:
         """Enter NMT state Operational."""

@@ -7,8 +7,6 @@ timer that is ten per cent slow.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 _MEAN = 0.05
 _GAP = 0.05
 _TICK_MS = 2.0
@@ -22,11 +20,6 @@ def gap_tolerance_ms(period_ms: float) -> float:
 def mean_tolerance_ms(period_ms: float) -> float:
     """Return how far the mean of many intervals may be from the period: 5 %."""
     return period_ms * _MEAN
-
-
-def mean(values: Sequence[float]) -> list[float]:
-    """Return the mean as a list of one, empty for no values."""
-    return [sum(values) / len(values)] if values else []
 
 
 # What is measured. None of the manuals gives an accuracy; these are wide enough for any sensor of

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from itertools import pairwise
 
 from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, state_of
+from conformance.bench.intervals import gaps_ms
 from conformance.bench.link import Stamped
 from conformance.bench.node import Node
 from conformance.checks.cases import neighbours
-from conformance.checks.limits import gap_tolerance_ms, mean
+from conformance.checks.limits import gap_tolerance_ms
 from conformance.checks.steps import ENTER, require_alive, run_and_switch_off, state_word
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
@@ -47,17 +47,17 @@ def test_heartbeat_keeps_its_period_in_each_state(
     """The period is the same in each NMT state that has heartbeats."""
     heartbeat.enter()
     heartbeat.set(heartbeat.typical_ms)
-    before_ms = mean(heartbeat.gaps_ms(BEATS, heartbeat.typical_ms))
+    _, before_ms = heartbeat.rhythm(BEATS, heartbeat.typical_ms)
     if not before_ms:
         raise SetupRefused("there is no heartbeat to be compared with, see HB-01")
     node.nmt(ENTER[state])
     heartbeat.collect(1, 2 * heartbeat.typical_ms / 1000)
 
-    gaps_ms = heartbeat.gaps_ms(BEATS, heartbeat.typical_ms)
+    gaps, _ = heartbeat.rhythm(BEATS, heartbeat.typical_ms, before_ms[0])
 
-    verdict.equal("intervals seen", len(gaps_ms), BEATS)
+    verdict.equal("intervals seen", len(gaps), BEATS)
     tolerance_ms = gap_tolerance_ms(before_ms[0])
-    verdict.within("heartbeat period", gaps_ms, before_ms[0], tolerance_ms, unit="ms")
+    verdict.within("heartbeat period", gaps, before_ms[0], tolerance_ms, unit="ms")
 
 
 @requirement(
@@ -103,7 +103,7 @@ def test_heartbeats_and_guarding_of_others_mean_nothing(
     node.link.listen(BEATS * heartbeat.typical_ms / 1000, node.is_error_control)
 
     seen = node.link.since(mark, node.is_error_control)
-    _judge_undisturbed(verdict, seen, period_ms, before)
+    _judge_undisturbed(node, verdict, seen, period_ms, before)
 
 
 def _running(heartbeat: HeartbeatPort) -> tuple[str, float]:
@@ -111,10 +111,10 @@ def _running(heartbeat: HeartbeatPort) -> tuple[str, float]:
     heartbeat.enter()
     heartbeat.set(heartbeat.typical_ms)
     seen = heartbeat.state_now()
-    gaps_ms = heartbeat.gaps_ms(BEATS, heartbeat.typical_ms)
-    if seen == NO_HEARTBEAT or not gaps_ms:
+    _, mean_ms = heartbeat.rhythm(BEATS, heartbeat.typical_ms)
+    if seen == NO_HEARTBEAT or not mean_ms:
         raise SetupRefused("there is no heartbeat to be disturbed, see HB-01")
-    return seen, mean(gaps_ms)[0]
+    return seen, mean_ms[0]
 
 
 def _strangers(node_id: int) -> list[Frame]:
@@ -146,13 +146,13 @@ def test_guarding_does_not_disturb_the_heartbeat(
         node.link.listen(0.7 * heartbeat.typical_ms / 1000, node.is_error_control)
 
     seen = node.link.since(mark, node.is_error_control)
-    _judge_undisturbed(verdict, seen, period_ms, before)
+    _judge_undisturbed(node, verdict, seen, period_ms, before)
 
 
 def _judge_undisturbed(
-    verdict: Verdict, seen: list[Stamped], period_ms: float, before: str
+    node: Node, verdict: Verdict, seen: list[Stamped], period_ms: float, before: str
 ) -> None:
-    gaps_ms = [(b.time_s - a.time_s) * 1000 for a, b in pairwise(seen)]
-    verdict.within("heartbeat period", gaps_ms, period_ms, gap_tolerance_ms(period_ms), unit="ms")
+    gaps = gaps_ms(node.link, seen, period_ms)
+    verdict.within("heartbeat period", gaps, period_ms, gap_tolerance_ms(period_ms), unit="ms")
     states = sorted({state_of(beat) for beat in seen})
     verdict.equal("state", " and ".join(states), before)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
-from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
+from conformance.checks.limits import gap_tolerance_ms, mean_tolerance_ms
 from conformance.checks.steps import ENTER, require_alive
 from conformance.checks.tpdo_cases import Numbered
 from conformance.checks.tpdos import (
@@ -17,7 +17,6 @@ from conformance.checks.tpdos import (
     allows,
     disablable,
     event_time_ms,
-    gaps_ms,
     listen,
     others_off,
     paced,
@@ -127,14 +126,14 @@ def test_event_timer_sets_the_period(
     periods = _periods(timer.period_ms)
     seen = port.collect(periods + 2, (periods + 2) * timer.period_ms * 2 / 1000)
 
-    gaps = gaps_ms(seen[1:])
+    gaps = port.gaps_ms(seen[1:], timer.period_ms)
     verdict.equal("intervals seen", len(gaps), periods)
     verdict.within(
         "TPDO period", gaps, timer.period_ms, gap_tolerance_ms(timer.period_ms), unit="ms"
     )
     verdict.within(
         "mean TPDO period",
-        mean(gaps),
+        port.mean_ms(seen[1:], timer.period_ms),
         timer.period_ms,
         mean_tolerance_ms(timer.period_ms),
         unit="ms",

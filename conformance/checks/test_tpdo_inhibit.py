@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from conformance.bench.in_force import InForce
+from conformance.bench.link import Stamped
 from conformance.bench.node import Node
+from conformance.bench.tpdo import TpdoPort
 from conformance.checks.limits import gap_tolerance_ms
 from conformance.checks.steps import COB_ID_SUB, tpdo_service
 from conformance.checks.tpdo_cases import (
@@ -22,7 +24,6 @@ from conformance.checks.tpdo_cases import (
 from conformance.checks.tpdos import (
     INHIBIT_SUB,
     event_time_ms,
-    gaps_ms,
     others_off,
     paced,
     port_of,
@@ -81,19 +82,21 @@ def test_inhibit_time_keeps_tpdos_apart(
     port.start()
     require_acts(in_force, port, before_ms, verdict)
 
-    seen = gaps_ms(port.collect(SEEN + 1, SEEN * 3 * apart_ms / 1000)[1:])
+    seen = port.collect(SEEN + 1, SEEN * 3 * apart_ms / 1000)[1:]
 
     ends_ms = {"all": (apart_ms, apart_ms + event_ms), "changes": (event_ms, event_ms)}
     words = {inhibited: f"{low:g} to {high:g} ms" for inhibited, (low, high) in ends_ms.items()}
-    fitting = [words[it] for it, ends in ends_ms.items() if _within(seen, *ends)]
-    actual = fitting[0] if fitting else " ".join(f"{gap:.4g}" for gap in seen) or "none seen"
+    fitting = [words[it] for it, ends in ends_ms.items() if _within(port, seen, *ends)]
+    gaps = port.gaps_ms(seen, apart_ms)
+    actual = fitting[0] if fitting else " ".join(f"{gap:.4g}" for gap in gaps) or "none seen"
     readings = readings_of(node.spec, lambda tpdo: words[tpdo.inhibited])
     judge_reading(verdict, f"TPDOs apart, with {apart_ms:g} ms", readings, actual)
 
 
-def _within(seen: list[float], low_ms: float, high_ms: float) -> bool:
+def _within(port: TpdoPort, seen: list[Stamped], low_ms: float, high_ms: float) -> bool:
     tolerance_ms = gap_tolerance_ms(high_ms)
-    return bool(seen) and all(low_ms - tolerance_ms <= it <= high_ms + tolerance_ms for it in seen)
+    gaps = port.gaps_ms(seen, (low_ms + high_ms) / 2)
+    return bool(gaps) and all(low_ms - tolerance_ms <= it <= high_ms + tolerance_ms for it in gaps)
 
 
 @requirement(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
 
 from conformance.bench.link import Stamped
 from conformance.bench.mapping import MappingPort, word_of
@@ -210,7 +209,7 @@ def test_mapping_example_is_sent(node: Node, example: MappingExample, verdict: V
 
     mapping.judge_confirmed(verdict, steps)
     judge_content(node.spec, verdict, _first(seen), [_named(node, word) for word in example.words])
-    gaps_ms = [(b.time_s - a.time_s) * 1000 for a, b in pairwise(seen[1:])]
+    gaps_ms = port.gaps_ms(seen[1:], example.event_ms)
     verdict.within(
         "TPDO period", gaps_ms, example.event_ms, gap_tolerance_ms(example.event_ms), unit="ms"
     )

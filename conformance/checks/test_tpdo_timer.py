@@ -6,9 +6,11 @@ from collections.abc import Iterable
 from itertools import pairwise
 
 from conformance.bench.in_force import InForce
+from conformance.bench.intervals import apart_ms
 from conformance.bench.link import Stamped
 from conformance.bench.node import Node
-from conformance.checks.limits import gap_tolerance_ms, mean, mean_tolerance_ms
+from conformance.bench.tpdo import TpdoPort
+from conformance.checks.limits import gap_tolerance_ms, mean_tolerance_ms
 from conformance.checks.tpdo_cases import (
     Numbered,
     Readings,
@@ -24,7 +26,6 @@ from conformance.checks.tpdos import (
     EVENT_TIMER_SUB,
     WINDOW_S,
     event_time_ms,
-    gaps_ms,
     others_off,
     port_of,
     require_acts,
@@ -146,17 +147,20 @@ def test_new_event_time_takes_effect(
     port.collect(1, 2 * old_ms / 1000)
     node.download(*timer.key, new_ms)
     port.collect(SEEN, SEEN * 2 * old_ms / 1000)
-    present, *later = gaps_ms(node.link.since(mark, port.matches)) or [0.0]
+    seen = node.link.since(mark, port.matches)
+    present, later = port.gaps_ms(seen[:2], old_ms), seen[1:]
     in_force.repeat()
     _anew(node, number)
-    anew = gaps_ms(port.collect(SEEN, SEEN * 2 * old_ms / 1000))[1:]
+    anew = port.gaps_ms(port.collect(SEEN, SEEN * 2 * old_ms / 1000), new_ms)[1:]
 
     readings = readings_of(node.spec, lambda tpdo: tpdo.new_event_time)
     if "open" not in readings:
-        verdict.within("period that runs", [present], old_ms, gap_tolerance_ms(old_ms), unit="ms")
-    start = bool(later) and all(abs(it - old_ms) <= gap_tolerance_ms(old_ms) for it in later)
+        verdict.within("period that runs", present, old_ms, gap_tolerance_ms(old_ms), unit="ms")
+    kept = port.gaps_ms(later, old_ms)
+    start = bool(kept) and all(abs(it - old_ms) <= gap_tolerance_ms(old_ms) for it in kept)
     next_ms = old_ms if start else new_ms
-    verdict.within("periods behind it", later[1:], next_ms, gap_tolerance_ms(next_ms), unit="ms")
+    behind = port.gaps_ms(later[1:], next_ms)
+    verdict.within("periods behind it", behind, next_ms, gap_tolerance_ms(next_ms), unit="ms")
     verdict.within(
         "period after entering Operational", anew, new_ms, gap_tolerance_ms(new_ms), unit="ms"
     )
@@ -194,13 +198,14 @@ def test_event_time_below_the_least_cycle(
     if answer.confirmed:
         in_force.repeat()
     _anew(node, timer.number)
-    seen = gaps_ms(port.collect(SEEN + 2, SEEN * 2 * before_ms / 1000))[1:]
+    seen = port.collect(SEEN + 2, SEEN * 2 * before_ms / 1000)[1:]
 
-    outcome = "refused" if answer.refused else _outcome(node, seen, before_ms, timer.figure)
+    outcome = "refused" if answer.refused else _outcome(node, port, seen, before_ms, timer.figure)
     judge_reading(verdict, f"event time of {timer.figure} ms", _below(node.spec), outcome)
     if answer.refused:
+        gaps = port.gaps_ms(seen, before_ms)
         verdict.within(
-            "period after the refusal", seen, before_ms, gap_tolerance_ms(before_ms), unit="ms"
+            "period after the refusal", gaps, before_ms, gap_tolerance_ms(before_ms), unit="ms"
         )
 
 
@@ -211,17 +216,21 @@ def _below(spec: DeviceSpec) -> Readings:
     return readings_of(spec, says)
 
 
-def _outcome(node: Node, seen: list[float], before_ms: int, written_ms: int) -> str:
+def _outcome(
+    node: Node, port: TpdoPort, seen: list[Stamped], before_ms: int, written_ms: int
+) -> str:
     """Say what became of an event time, by the TPDOs that came then."""
     tpdo = node.spec.services.tpdo
     least_ms = tpdo.min_cycle_ms if tpdo is not None else None
     words = {least_ms: "raised", before_ms: "ignored", written_ms: "accepted"}
     for period_ms, word in words.items():
         if period_ms and any(
-            abs(it - period_ms) <= mean_tolerance_ms(period_ms) for it in mean(seen)
+            abs(it - period_ms) <= mean_tolerance_ms(period_ms)
+            for it in port.mean_ms(seen, period_ms)
         ):
             return word
-    return f"sent every {mean(seen)[0]:.4g} ms" if seen else "not sent any more"
+    found_ms = port.mean_ms(seen, before_ms)
+    return f"sent every {found_ms[0]:.4g} ms" if found_ms else "not sent any more"
 
 
 def _starts_at_once(spec: DeviceSpec) -> Iterable[Case]:
@@ -246,7 +255,7 @@ def test_first_tpdo_comes_at_once(
     started = node.nmt(NmtCommand.START)
     seen = port.collect(1, 4 * period_ms / 1000)
 
-    delays_ms = [(it.time_s - started.time_s) * 1000 for it in seen]
+    delays_ms = [apart_ms(node.link, started, it, 0.0) for it in seen]
     verdict.equal("TPDOs in four periods", "some" if seen else "none", "some")
     for delay_ms in delays_ms:
         verdict.at_most("time to the first TPDO", delay_ms, period_ms / 2, unit="ms")

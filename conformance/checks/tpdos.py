@@ -5,10 +5,9 @@ CiA 301 v4.2.0, 7.2.2 and 7.5.2.37.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
 from math import ceil
 from typing import Any
 
@@ -246,11 +245,6 @@ def send_syncs(node: Node, port: TpdoPort, count: int) -> list[list[Stamped]]:
     return answered
 
 
-def gaps_ms(seen: Sequence[Stamped]) -> list[float]:
-    """Return the times from one frame to the next."""
-    return [(b.time_s - a.time_s) * 1000 for a, b in pairwise(seen)]
-
-
 def act_on(in_force: InForce, port: TpdoPort, before_ms: int, verdict: Verdict) -> bool:
     """Have a running TPDO act on its new parameters, where they may have to be stored first.
 
@@ -284,7 +278,7 @@ def _goes_on(port: TpdoPort, before_ms: int) -> bool | None:
         period_ms = port.period_ms
         return not port.collect(1, max(WINDOW_S, 4 * period_ms / 1000)) if period_ms else None
     seen = port.collect(PERIODS_BEFORE + 1, (PERIODS_BEFORE + 2) * before_ms / 1000)
-    gaps, tolerance_ms = gaps_ms(seen[1:]), gap_tolerance_ms(before_ms)
+    gaps, tolerance_ms = port.gaps_ms(seen[1:], before_ms), gap_tolerance_ms(before_ms)
     return bool(gaps) and all(abs(gap - before_ms) <= tolerance_ms for gap in gaps)
 
 

@@ -19,7 +19,7 @@ _SECOND: Final = 1_000_000_000
 _MS: Final = 1_000_000
 COUNT: Final = 6
 """How many of them share a loaded bus."""
-APART: Final = 19
+APART: Final = 17
 """From the device's node-ID to the first of theirs, and from each to the next."""
 
 _HEARTBEATS_MS: Final = (100, 250, 500, 1000)
