@@ -25,14 +25,16 @@ SENT_WITHIN_S = 0.03
 
 Match: TypeAlias = Callable[[Frame], bool]
 
+Match: TypeAlias = Callable[[Frame], bool]
 
-@dataclass(frozen=True, slots=True)
-class Stamped:
 BREAK_S = 2e-4
 """Between frames that follow each other without a break adapters see no more than this."""
 
 _NODE_ID = 0x7F
 
+
+@dataclass(frozen=True, slots=True)
+class Stamped:
     """A frame on the bus.
 
     Args:
@@ -232,11 +234,6 @@ class Link:
         while self.recv(self.now()) is not None:
             pass
 
-    def forget(self) -> None:
-        """Drop the frames kept so far; the trace keeps them."""
-        self._frames.clear()
-
-    @property
     def longest_wait_s(self, stamped: Stamped) -> float:
         """Return how long a received frame may have waited for the bus, at most.
 
@@ -267,6 +264,11 @@ class Link:
     def _duration_s(self, frame: Frame) -> float:
         return bit_length(frame) / self.bus_time.bitrate
 
+    def forget(self) -> None:
+        """Drop the frames kept so far; the trace keeps them."""
+        self._frames.clear()
+
+    @property
     def line(self) -> int:
         """Lines of the trace so far."""
         return self._trace.lines
