@@ -25,8 +25,6 @@ SENT_WITHIN_S = 0.03
 
 Match: TypeAlias = Callable[[Frame], bool]
 
-Match: TypeAlias = Callable[[Frame], bool]
-
 BREAK_S = 2e-4
 """Between frames that follow each other without a break adapters see no more than this."""
 
