@@ -12,6 +12,7 @@ from typing import Any
 
 import can
 import durand  # type: ignore[import-untyped]  # it has no types
+from durand.node import Node, NodeCapabilities  # type: ignore[import-untyped]  # nor here
 from durand.scheduler import AbstractScheduler, SyncScheduler  # type: ignore[import-untyped]  # nor here
 from virtual_time import Station
 
@@ -21,6 +22,7 @@ from conformance.simulator.bus import SECOND
 NODE_ID = 0x01
 DEVICE_TYPE = 0x0002_0191
 STORED_EDS = 0x1021
+SIZE = NodeCapabilities(sdo_servers=1, rpdos=1, tpdos=2)
 TEMPERATURE, LIMITS = 0x6000, 0x2001
 
 
@@ -61,7 +63,7 @@ def boot(bus: can.BusABC, station: Station | None) -> Any:
         scheduler = Scheduler(station)
     durand.set_scheduler(scheduler)
     network = durand.CANBusNetwork(bus)
-    node = durand.MinimalNode(network, NODE_ID)
+    node = Node(network, NODE_ID, capabilities=SIZE)
     node.eds.device_info.VendorName = "Nobody"
     node.eds.device_info.BaudRate_125 = 1
     add_objects(node.object_dictionary)
