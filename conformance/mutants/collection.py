@@ -19,6 +19,9 @@ from conformance.spec.readings import ChangeError
 from conformance.spec.resolve import chosen_readings
 from conformance.spec.services import Store
 
+EXPLORED = "explore"
+"""Stands among what sees a defect that no single check can: `explore` does."""
+
 
 def all_defects(file: SpecFile, spec: DeviceSpec) -> list[Defect]:
     """Return the defects of one variant: of each of its figures, and of the fault files.
@@ -84,12 +87,12 @@ def _fingerprint(file: SpecFile, spec: DeviceSpec, readings: dict[str, int]) -> 
 
 
 def _covered(service: Store | None, spec: DeviceSpec) -> object:
-    """Return what stores or restores, with the objects that it acts on instead of ranges."""
+    """Return what stores or restores, with the settings that it acts on instead of ranges."""
     if service is None:
         return None
+    settings = {it.index: None for it in spec.entries.values() if it.persistent and it.writable}
     objects = {
-        sub: [index for index in spec.indices() if service.covers(sub, index)]
-        for sub in service.groups
+        sub: [index for index in settings if service.covers(sub, index)] for sub in service.groups
     }
     return service.model_copy(update={"groups": objects})
 
@@ -97,6 +100,7 @@ def _covered(service: Store | None, spec: DeviceSpec) -> object:
 def _files() -> Iterator[Defect]:
     for name in resources.names(FOLDER):
         fault = read_fault(name)
-        yield Defect(
-            name, fault.what, (name,), "fault file", "faults", seen_by=tuple(fault.seen_by)
-        )
+        if EXPLORED not in fault.seen_by:
+            yield Defect(
+                name, fault.what, (name,), "fault file", "faults", seen_by=tuple(fault.seen_by)
+            )

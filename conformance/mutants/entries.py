@@ -150,10 +150,6 @@ class _Entry:
         entry = self._entry
         if not entry.type.is_integer or not entry.writable or entry.kind == "command":
             return
-        if entry.ranges is None and entry.values is None and entry.limits_by is None:
-            low, high = entry.type.minimum, entry.type.maximum
-            yield self._range([(low + 1, high)], "lowest refused", f"{low} is refused")
-            yield self._range([(low, high - 1)], "highest refused", f"{high} is refused")
         for ranges, short, what in _other_ranges(entry.ranges or (), entry.type):
             yield self._range(ranges, short, what)
 
@@ -260,7 +256,7 @@ class _Entry:
                         choice,
                         f"{attribute.replace('_', ' ')}: {choice} instead of {own}",
                     )
-        if self._entry.follows is not None:
+        if self._entry.follows is not None and self._entry.kind == "live":
             choice = OTHER_SOURCES.get(self._entry.follows, "temperature")
             yield self._made("follows", choice, choice, f"shows {choice}")
         if self._doc.scale is not None and self._entry.follows is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -11,6 +12,7 @@ from pydantic import BaseModel
 from conformance.mutants.defect import Defect, change, path, without
 from conformance.spec.fields import shape
 from conformance.spec.model import DeviceSpec
+from conformance.spec.services import HeartbeatProducer, Tpdo
 
 NO_FIGURES = frozenset(
     {
@@ -28,6 +30,12 @@ NAMES = frozenset(
     }
 )
 """Keys that name an object: another one would be another device, not a wrong figure."""
+
+UNSAID = frozenset({"open", "any"})
+"""Choices by which a spec says that the manual leaves something open: nothing that a device does."""
+
+TPDO_FIGURES = (2, 5)
+"""Sub-indices of a TPDO's communication parameter whose ranges its service repeats."""
 
 SEEN_BY = {
     "nmt": ("NMT-", "BOOT-"),
@@ -61,7 +69,9 @@ def service_defects(spec: DeviceSpec) -> Iterator[Defect]:
         service = getattr(spec.services, name)
         if service is not None:
             for place, value, what in _Walk(spec.variant).block(service, ()):
-                yield _defect(("services", name, *place), value, what, SEEN_BY[name])
+                made = _defect(("services", name, *place), value, what, SEEN_BY[name])
+                again = _repetitions(spec, service, place, value)
+                yield replace(made, faults=(*made.faults, *again))
 
 
 def behaviour_defects(spec: DeviceSpec) -> Iterator[Defect]:
@@ -84,6 +94,39 @@ def _defect(place: tuple[Any, ...], value: Any, what: str, seen_by: tuple[str, .
         area=str(place[1]),
         seen_by=seen_by,
     )
+
+
+def _repetitions(
+    spec: DeviceSpec, service: BaseModel, place: tuple[Any, ...], value: Any
+) -> Iterator[str]:
+    """Return the same change where entries repeat a figure of a service in their ranges."""
+    match service:
+        case HeartbeatProducer():
+            keys = [(service.object, 0)]
+        case Tpdo():
+            indices = range(service.communication, service.communication + service.count)
+            keys = [(index, sub) for index in indices for sub in TPDO_FIGURES]
+        case _:
+            return
+    old = _value_at(service, place)
+    for key in keys:
+        entry = spec.entries.get(key)
+        if entry is None or entry.ranges is None:
+            continue
+        ranges = [list(it) for it in entry.ranges]
+        if isinstance(value, list):
+            changed = [value if it == old else it for it in ranges]
+        else:
+            changed = [[value if end == old else end for end in it] for it in ranges]
+        if changed != ranges:
+            below = ("subs", entry.sub) if entry.in_record else ()
+            yield change(path("objects", entry.index, *below, "ranges"), changed)
+
+
+def _value_at(block: Any, place: tuple[Any, ...]) -> Any:
+    for key in place:
+        block = getattr(block, key) if isinstance(block, BaseModel) else block[key]
+    return block
 
 
 Change = tuple[tuple[Any, ...], Any, str]
@@ -118,16 +161,18 @@ class _Walk:
         elif isinstance(value, bool):
             yield place, not value, f"{not value}".lower()
         elif choices and isinstance(value, str):
-            yield from ((place, other, str(other)) for other in choices if other != value)
+            others = (other for other in choices if other != value and other not in UNSAID)
+            yield from ((place, other, str(other)) for other in others)
         elif isinstance(value, int | float) and place[-1] not in NAMES:
-            yield from ((place, other, f"{other}") for other in (value - 1, value + 1))
+            step = value // 2 if place[-1].endswith("_us") else 1
+            yield from ((place, other, f"{other}") for other in (value - step, value + step))
         elif isinstance(value, list):
             yield from self._list(value, kind, place)
         elif shape(value) == "by_variant" and self._variant in value and not choices:
             yield from self._value(value[self._variant], None, (*place, self._variant))
         elif isinstance(value, dict):
             yield from self._dict(value, kind, place)
-        if value is not None and _optional(kind):
+        if _optional(kind) and isinstance(value, BaseModel | str | int):
             yield place, None, "none"
 
     def _list(self, value: list[Any], kind: Any, place: tuple[Any, ...]) -> Iterator[Change]:

@@ -142,18 +142,22 @@ class Trials:
     ) -> Outcome:
         start = time.monotonic()
         outcome = Outcome(defect, ())
+        left: dict[str, str] = {}
+        aborted = ""
         for names in rounds:
             chosen = [item for name, item in items.items() if name in names]
             if not chosen:
                 continue
             outcome = self._round(session, defect, chosen)
+            left |= outcome.open
+            aborted = aborted or outcome.aborted
             if outcome.failed:
                 break
         return Outcome(
             defect,
             outcome.failed,
-            outcome.open,
-            outcome.aborted,
+            left,
+            aborted,
             outcome.items,
             time.monotonic() - start,
         )

@@ -42,17 +42,23 @@ def defects(file: SpecFile, spec: DeviceSpec) -> dict[str, Defect]:
         "1017h/ranges=9 accepted": "objects/0x1017/ranges=[[0, 0], [9, 65535]]",
         "1017h/ranges=10 refused": "objects/0x1017/ranges=[[0, 0], [11, 65535]]",
         "1017h/ranges=65535 refused": "objects/0x1017/ranges=[[0, 0], [10, 65534]]",
-        "heartbeat_producer/min_ms=11": "services/heartbeat_producer/min_ms=11",
         "heartbeat_producer/states=without stopped": (
             "services/heartbeat_producer/states=[pre-operational, operational]"
         ),
-        "emcy_producer/cleared=silent": "services/emcy_producer/cleared=silent",
+        "tpdo/other_types=accepted": "services/tpdo/other_types=accepted",
     }.items(),
 )
 def test_a_figure_is_a_little_different(
     defects: dict[str, Defect], defect: str, fault: str
 ) -> None:
     assert defects[defect].faults == (fault,)
+
+
+def test_what_the_file_says_twice_changes_twice(defects: dict[str, Defect]) -> None:
+    assert defects["heartbeat_producer/min_ms=11"].faults == (
+        "services/heartbeat_producer/min_ms=11",
+        "objects/0x1017/ranges=[[0, 0], [11, 65535]]",
+    )
 
 
 def test_every_entry_has_defects(defects: dict[str, Defect], spec: DeviceSpec) -> None:
