@@ -125,6 +125,10 @@ def test_a_mistake_in_a_rule_is_told_at_its_line(
     ("edit", "sentence"),
     [
         (
+            (NMT, f'{NMT}\n  supply: {{min_v: 30, max_v: 10, source: "1"}}  #1'),
+            "L1: services.supply: expected min_v up to max_v (10), got 30",
+        ),
+        (
             (
                 NMT,
                 '  nmt: {start_by: {object: 0x2099, mask: 4, value: 0, source: "2"}, source: "2"} #1',
