@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 
 from conformance.bench.interrupts import uninterrupted
 from conformance.bench.keeping import groups_of
 from conformance.bench.node import Node
-from conformance.errors import SetupRefused
+from conformance.errors import NodeTimeout, SetupRefused
 from conformance.spec.behaviours import Slope
 from conformance.spec.document import Tpdo
 from conformance.spec.fields import key_of
@@ -20,10 +21,14 @@ Values = dict[Key, bytes]
 
 def is_setting(entry: Entry, spec: DeviceSpec) -> bool:
     """Tell whether an entry is a setting that does not say how the node is reached."""
-    services = spec.services
-    moved = [it for it in (services.node_id, services.bitrate) if it is not None]
-    reached = {key for it in moved for key in spec.companions((it.object, 0))}
-    return entry.kind == "config" and entry.key not in reached and entry.readable
+    return entry.kind == "config" and entry.readable and entry.key not in _reaching(spec)
+
+
+@lru_cache(maxsize=8)
+def _reaching(spec: DeviceSpec) -> frozenset[Key]:
+    """Return the entries that say how the node is reached."""
+    moved = [it for it in (spec.services.node_id, spec.services.bitrate) if it is not None]
+    return frozenset(key for it in moved for key in spec.companions((it.object, 0)))
 
 
 def unmet_conditions(node: Node, entry: Entry) -> Iterator[tuple[Entry, int]]:
@@ -69,17 +74,18 @@ class Settings:
 
         Raises:
             SetupRefused: One cannot be read.
+            NodeTimeout: The node does not answer.
         """
         held: Values = {}
         for entry in self._spec.entries.values():
             if any(
                 is_setting(reading, self._spec) and reading.writable for reading in entry.readings
             ):
-                transfer = self._node.sdo.upload(*entry.key)
-                if transfer.data is not None:
+                try:
                     held[entry.key] = self._node.upload(*entry.key)
-                elif not entry.optional:
-                    raise SetupRefused(f"upload of {entry.address}: {transfer}")
+                except (NodeTimeout, SetupRefused):
+                    if not entry.optional:
+                        raise
         return held
 
     def _refuse_offsets(self) -> None:
@@ -95,17 +101,33 @@ class Settings:
                     f"{entry.address} holds an offset, which could not be written back afterwards"
                 )
 
-    def read(self) -> Values:
-        """Return what the settings hold now."""
-        return {key: self._node.upload(*key) for key in self.found}
+    def read(self, known: Mapping[Key, bytes] | None = None) -> Values:
+        """Return what the settings hold now.
 
-    def write(self, values: Mapping[Key, bytes]) -> None:
-        """Give settings other values, as far as the node takes them."""
+        Args:
+            known: What some of them hold, read since the last write.
+        """
+        held = known or {}
+        return {key: held[key] if key in held else self._node.upload(*key) for key in self.found}
+
+    def write(self, values: Mapping[Key, bytes], held: Mapping[Key, bytes] | None = None) -> Values:
+        """Give settings other values, as far as the node takes them.
+
+        Args:
+            values: What they are to hold.
+            held: What they hold, read since the last write.
+
+        Returns:
+            What they hold then.
+        """
         for _ in range(_PASSES):
-            wrong = [key for key, data in values.items() if self._node.upload(*key) != data]
+            now = {key: held[key] if held else self._node.upload(*key) for key in values}
+            wrong = [key for key, data in values.items() if now[key] != data]
             if not wrong:
-                return
+                return now
             self._write(wrong, values)
+            held = None
+        return {key: self._node.upload(*key) for key in values}
 
     def save(self) -> None:
         """Store all settings.
@@ -125,19 +147,22 @@ class Settings:
         if not self.found:
             return
         self._node.reset()
-        if self.read() == self.found:
+        held = self.read()
+        if held == self.found:
             return
-        self._write_and_save()
-        if self.read() != self.found:
+        self._write_and_save(held)
+        held = self.read()
+        if held != self.found:
             self._load()
             self._write_and_save()
-        left = [key for key, data in self.read().items() if data != self.found[key]]
+            held = self.read()
+        left = [key for key, data in held.items() if data != self.found[key]]
         if left:
             names = ", ".join(address(*key) for key in left)
             raise SetupRefused(f"the node does not take back what it had stored: {names}")
 
-    def _write_and_save(self) -> None:
-        self.write(self.found)
+    def _write_and_save(self, held: Mapping[Key, bytes] | None = None) -> None:
+        self.write(self.found, held)
         self.save()
         self._node.reset()
 

@@ -97,8 +97,8 @@ def changed_settings(
     settings = Settings(node)
     try:
         settings.begin()
-        settings.write(second_values(node.spec, settings.found, default_will_do=default_will_do))
-        chosen = settings.read()
+        wanted = second_values(node.spec, settings.found, default_will_do=default_will_do)
+        chosen = settings.read(settings.write(wanted, settings.found))
         if save:
             settings.save()
         yield settings, chosen

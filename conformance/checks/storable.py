@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 
 from conformance.bench.keeping import groups_of
 from conformance.bench.second_values import can_be_set
@@ -17,12 +18,15 @@ RESTORES: tuple[Effect, ...] = (*STORES, "restores")
 Other = Alternative | OtherServices
 
 
-def stored_settings(spec: DeviceSpec) -> Iterable[Case]:
+@lru_cache(maxsize=8)
+def stored_settings(spec: DeviceSpec) -> tuple[Case, ...]:
     """Return every setting that a store keeps by every reading."""
-    for entry in spec.entries.values():
-        documented = all(reading.persistent for reading in entry.readings)
-        if documented and can_be_set(entry, spec) and _always_in(spec, "store", None, entry):
-            yield Case(entry.address, entry, entry.source_of("persistent"))
+    return tuple(
+        Case(entry.address, entry, entry.source_of("persistent"))
+        for entry in spec.entries.values()
+        if all(reading.persistent for reading in entry.readings)
+        if can_be_set(entry, spec) and _always_in(spec, "store", None, entry)
+    )
 
 
 def disputed_settings(spec: DeviceSpec) -> Iterable[Case]:
@@ -124,6 +128,7 @@ def answers(entry: Entry) -> list[int]:
     return list(dict.fromkeys(it.default for it in entry.readings if isinstance(it.default, int)))
 
 
+@lru_cache(maxsize=8)
 def widest_restore(spec: DeviceSpec) -> int:
     """Return the sub-index of restore that acts on the most objects.
 
@@ -135,12 +140,15 @@ def widest_restore(spec: DeviceSpec) -> int:
     return groups_of(spec.services.restore, {index for index, _ in spec.entries})[0]
 
 
-def settings_in(spec: DeviceSpec, sub: int) -> Iterator[Entry]:
+@lru_cache(maxsize=64)
+def settings_in(spec: DeviceSpec, sub: int) -> tuple[Entry, ...]:
     """Return the settings with a default that a restore sub-index brings back by every reading."""
-    for entry in spec.entries.values():
-        documented = all(reading.default is not None for reading in entry.readings)
-        if documented and can_be_set(entry, spec) and _always_in(spec, "restore", sub, entry):
-            yield entry
+    return tuple(
+        entry
+        for entry in spec.entries.values()
+        if all(reading.default is not None for reading in entry.readings)
+        if can_be_set(entry, spec) and _always_in(spec, "restore", sub, entry)
+    )
 
 
 def settings_beside(spec: DeviceSpec, sub: int) -> Iterator[Entry]:
