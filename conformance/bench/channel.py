@@ -20,11 +20,15 @@ class SdoChannel:
         link: The link to the bus.
         node_id: 1..127.
         timeout_s: Longest wait for each response.
+
+    Attributes:
+        request_id: The identifier of requests to the node.
+        response_id: The identifier of its responses.
     """
 
     def __init__(self, link: Link, node_id: int, timeout_s: float) -> None:
         self._link = link
-        self.node_id = node_id
+        self._place(node_id)
         self.timeout_s = timeout_s
         self._mark = link.mark()
         self._request = b""
@@ -33,20 +37,15 @@ class SdoChannel:
         self.unsolicited = 0
         self.times = ResponseTimes()
 
-    @property
-    def request_id(self) -> int:
-        """The identifier of requests to the node."""
-        return cob_id.sdo_request(self.node_id)
-
-    @property
-    def response_id(self) -> int:
-        """The identifier of its responses."""
-        return cob_id.sdo_response(self.node_id)
+    def _place(self, node_id: int) -> None:
+        self.node_id = node_id
+        self.request_id = cob_id.sdo_request(node_id)
+        self.response_id = cob_id.sdo_response(node_id)
 
     def follow(self, node_id: int) -> None:
         """Speak with the node at another node-ID from now on."""
         self.settle()
-        self.node_id = node_id
+        self._place(node_id)
 
     def is_response(self, frame: Frame) -> bool:
         """Tell whether a frame is on the node's SDO response identifier."""
@@ -80,8 +79,7 @@ class SdoChannel:
         """
         deadline = self._link.now() + (self.timeout_s if wait_s is None else wait_s)
         while True:
-            left_s = max(0.0, deadline - self._link.now())
-            received = self._link.wait(self.is_response, left_s, self._mark)
+            received = self._link.wait_until(self.is_response, deadline, self._mark)
             self._mark = self._link.mark() if received is None else received.place + 1
             if received is None or not self._is_repetition(received.frame.data):
                 break

@@ -151,15 +151,14 @@ class SdoPort:
             most_octets: What is longer, or comes in more segments, is aborted.
         """
         answer = self.ask(sdo.InitiateUpload(index, sub))
-        match answer.response:
-            case sdo.InitiateUploadReply(index=got, sub=got_sub) if (got, got_sub) != (index, sub):
-                return self._wrong_object(answer)
-            case sdo.InitiateUploadReply(expedited=True, data=data, size=size):
-                return Transfer(data, expedited=True, sized=size is not None)
-            case sdo.InitiateUploadReply(size=size):
-                return self._segments(index, sub, size, most_octets)
-            case _:
-                return self._ended(answer, index, sub, "an upload response")
+        reply = answer.response
+        if not isinstance(reply, sdo.InitiateUploadReply):
+            return self._ended(answer, index, sub, "an upload response")
+        if (reply.index, reply.sub) != (index, sub):
+            return self._wrong_object(answer)
+        if reply.expedited:
+            return Transfer(reply.data, expedited=True, sized=reply.size is not None)
+        return self._segments(index, sub, reply.size, most_octets)
 
     def download(self, index: int, sub: int, data: bytes) -> Transfer:
         """Download to an object, expedited up to 4 octets."""
