@@ -113,6 +113,19 @@ def observe_kept(node: Node, *, save: bool, power: bool) -> Kept:
         return Kept(settings.found, chosen, settings.read(), _told(node, node.spec.services.store))
 
 
+def observe_late(node: Node, key: Key, value: int) -> Values:
+    """Store a value that may act only afterwards, restart the node, and see what the settings hold."""
+    settings = Settings(node)
+    try:
+        settings.begin()
+        node.download(*key, value)
+        settings.save()
+        node.reset()
+        return settings.read()
+    finally:
+        settings.put_back()
+
+
 def _told(node: Node, service: Store | None) -> dict[Key, Transfer]:
     """Return what the sub-indices of store or restore answer."""
     keys = [] if service is None else [(service.object, sub) for sub in service.groups]

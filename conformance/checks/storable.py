@@ -29,6 +29,21 @@ def stored_settings(spec: DeviceSpec) -> tuple[Case, ...]:
     )
 
 
+def late_settings(spec: DeviceSpec) -> Iterable[Case]:
+    """Return every setting that a store keeps by every reading and that may read as before until then."""
+    for entry in spec.entries.values():
+        documented = all(reading.persistent for reading in entry.readings)
+        late = {reading.reads for reading in entry.readings} == {"written", "in-force"}
+        if documented and late and _always_in(spec, "store", None, entry) and late_values(entry):
+            yield Case(entry.address, entry, entry.source_of("persistent"))
+
+
+def late_values(entry: Entry) -> list[int]:
+    """Return the values of an enumeration that every reading allows and none has as its default."""
+    defaults = {reading.default for reading in entry.readings}
+    return [it for it in entry.values or () if entry.always_legal(it) and it not in defaults]
+
+
 def disputed_settings(spec: DeviceSpec) -> Iterable[Case]:
     """Return every setting that a store keeps by some readings alone."""
     for entry in spec.entries.values():

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
 from conformance.bench.settings import Settings
+from conformance.bench.trials import observe_late
 from conformance.checks import kept, storable
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
@@ -202,3 +203,17 @@ def test_setting_of_disputed_store_is_kept_or_not(
             if other is not None:
                 verdict.follows(other.ambiguity, other.reading)
             break
+
+
+@requirement(
+    "STO-14", level="manual", cases=("entry", storable.late_settings), effects=storable.STORES
+)
+def test_setting_that_may_act_late_survives_a_reset(
+    node: Node, entry: Entry, verdict: Verdict
+) -> None:
+    """A setting that may read as before until it is stored holds its value after NMT reset node."""
+    value = storable.late_values(entry)[0]
+
+    after = observe_late(node, entry.key, value)
+
+    kept.judge_value(verdict, entry, after, {entry.key: entry.type.encode(value)})
