@@ -24,7 +24,7 @@ from conformance.checks.steps import require_state
 from conformance.effects import Effect
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.document import EmcyProducer
-from conformance.spec.model import DeviceSpec
+from conformance.spec.model import DeviceSpec, OtherServices
 from conformance.verdict import Verdict
 from conformance.wire.emcy import Emergency
 from conformance.wire.nmt import NmtCommand, NmtState
@@ -34,6 +34,7 @@ STATES = f"{CIA301}, 7.3.2.2"
 EFFECTS: tuple[Effect, ...] = ("reads", "writes", "resets", "other-nodes")
 OCTETS = 8
 _GENERIC = 0
+_COMMUNICATION = 8
 
 
 def _told(spec: DeviceSpec) -> Iterable[Case]:
@@ -75,14 +76,7 @@ def _judge_content(spec: DeviceSpec, messages: Sequence[Emergency], verdict: Ver
         undocumented = sorted(bits - documented_bits(spec))
         verdict.equal(f"undocumented bits of the error register {told}", undocumented, [])
         if message.error_code != NO_ERROR:
-            judge(
-                spec,
-                verdict,
-                f"bit 0 of the error register {told}",
-                _GENERIC in bits,
-                lambda producer: {_GENERIC in producer.register_bits},
-                show=lambda is_set: "set" if is_set else "clear",
-            )
+            _judge_generic_bit(spec, message, verdict)
         seen = message.manufacturer
         judge(
             spec,
@@ -92,6 +86,23 @@ def _judge_content(spec: DeviceSpec, messages: Sequence[Emergency], verdict: Ver
             partial(_fields, seen=seen),
             show=lambda field: field.hex(" ").upper(),
         )
+
+
+def _judge_generic_bit(spec: DeviceSpec, message: Emergency, verdict: Verdict) -> None:
+    """Judge bit 0 of the error register, which errors of the communication may have their own way."""
+    of_communication = message.error_code >> 12 == _COMMUNICATION
+    readings: dict[bool, OtherServices | None] = {}
+    for services, other in spec.services_readings:
+        of_bus = services.bus_errors if of_communication else None
+        source = of_bus or services.emcy_producer
+        if source is not None:
+            readings.setdefault(_GENERIC in source.register_bits, other)
+    is_set = bool(message.error_register >> _GENERIC & 1)
+    quantity = f"bit 0 of the error register with {code_word(message.error_code)}"
+    verdict.one_of(quantity, is_set, readings, show=lambda it: "set" if it else "clear")
+    followed = readings.get(is_set)
+    if followed is not None:
+        verdict.follows(followed.ambiguity, followed.reading)
 
 
 def _fields(producer: EmcyProducer, seen: bytes) -> set[bytes]:

@@ -59,6 +59,17 @@ def test_an_end_that_a_manual_leaves_open_need_not_be_told(
     assert finished.record["items"][0]["readings"] == {"GIM-94": 2}
 
 
+def test_a_communication_error_may_leave_bit_0_where_a_reading_has_it_so(
+    judge: Callable[..., Any], tmp_path: Path
+) -> None:
+    told = ("--fault", fault(tmp_path, "overrun: told"), "--reading", "GIM-143=2")
+
+    finished = judge(*told, "--select", SELECT, device="baumer_gim140r")
+
+    assert finished.code == 0
+    assert finished.record["items"][0]["readings"] == {"GIM-143": 2}
+
+
 @pytest.mark.parametrize("device", DEVICES)
 @pytest.mark.parametrize("name", ["overrun-restarts", "overrun-deaf"])
 def test_a_node_that_a_burst_brings_down_is_seen(
