@@ -80,6 +80,9 @@ def run(
     select: Annotated[
         str, typer.Option(help="Only items whose id matches, as pytest's -k: 'HB or OD-10'.")
     ] = "",
+    repro: Annotated[
+        str, typer.Option(help="Only the item with this id, and its frames as cansend lines.")
+    ] = "",
     report_dir: Annotated[
         Path | None, typer.Option(help="Where the record goes; reports/runs/… by default.")
     ] = None,
@@ -117,6 +120,7 @@ def run(
         strict=strict,
         select=select,
         scan=scan,
+        repro=repro,
     )
     raise _Judged(runner.run(Run(options)))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
 
 SIMULATOR = "canopen_simulator"
+_ITEM_ID = re.compile(r"\S+/[A-Z]+-\d+(/\S+)?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +40,26 @@ class RunOptions:
     strict: bool = False
     select: str = ""
     scan: bool = False
+    repro: str = ""
+
+    def arguments(self, variant: str) -> list[str]:
+        """Return what to give the command `run` so that it does the same again.
+
+        Args:
+            variant: The one that was judged, also where the user named none.
+        """
+        single = {
+            "--bench": "" if self.bench == "simulator" else self.bench,
+            "--variant": variant,
+            "--node-id": "" if self.node_id is None else str(self.node_id),
+            "--simulate-spec": self.simulate_spec or "",
+        }
+        several = [("--fault", it) for it in self.faults] + [
+            ("--reading", it) for it in self.readings
+        ]
+        pairs = [*((name, text) for name, text in single.items() if text), *several]
+        texts = [text for pair in (*pairs, ("--seed", str(self.seed))) for text in pair]
+        return [self.device, *texts, *(["--strict"] if self.strict else [])]
 
     @classmethod
     def from_pytest(cls, option: Any) -> RunOptions:
@@ -115,11 +138,16 @@ def refusal(
     return " and ".join(LACKING[need] for need in needs if not definition.has(need))
 
 
-def selection(text: str) -> Expression | None:
-    """Return what `--select` says, in the language of pytest's `-k`; empty selects all."""
+def selection(text: str) -> Callable[[str], bool]:
+    """Return what `--select` says: the id of an item, or the language of pytest's `-k`; empty selects all."""
+    if not text:
+        return lambda _: True
     try:
-        return Expression.compile(text) if text else None
+        expression = Expression.compile(text)
+        return lambda identifier: expression.evaluate(lambda part, /, **_: part in identifier)
     except SyntaxError as error:
+        if _ITEM_ID.fullmatch(text):
+            return lambda identifier: identifier == text
         raise SpecError(
             f"--select: expected parts of ids with and, or, not; got {text!r}"
         ) from error

@@ -20,6 +20,7 @@ from conformance.checks import JUDGED_SERVICES
 from conformance.effects import Effect, Need
 from conformance.errors import BenchError, ConformanceError, NodeTimeout
 from conformance.options import RunOptions, refusal, selection, simulation
+from conformance.report import repro
 from conformance.report.eds_word import EdsWord
 from conformance.report.junit import explain, write_junit
 from conformance.report.results import Item, Results
@@ -70,6 +71,7 @@ class Run:
         self._started_s = 0.0
         self._saved = 0.0
         self._line = 0
+        self._begins = 1
         self._item_started_s = 0.0
 
     def refuses(self, effects: tuple[Effect, ...], needs: tuple[Need, ...]) -> str:
@@ -89,10 +91,10 @@ class Run:
 
     def selects(self, requirement: Requirement, case: Case) -> bool:
         """Tell whether the user's selection includes an item."""
-        identifier = self.item_id(requirement, case)
-        return self._selection is None or self._selection.evaluate(
-            lambda part, /, **_: part in identifier
-        )
+        identifier, wanted = self.item_id(requirement, case), self.options.repro
+        if wanted:
+            return identifier in (wanted, f"{self.spec.name}/{wanted}")
+        return self._selection(identifier)
 
     # While it runs
 
@@ -177,6 +179,12 @@ class Run:
         """Note where an item begins on the bus."""
         if self._bench is not None:
             self._line, self._item_started_s = self._bench.link.line, self._bench.link.now()
+            self._begins = self._line + 1
+
+    def begin_check(self) -> None:
+        """Note where the check itself begins on the bus, its set-up done."""
+        if self._bench is not None:
+            self._begins = self._bench.link.line + 1
 
     def item(
         self,
@@ -211,14 +219,16 @@ class Run:
             reason=reason,
             duration_s=round(now - self._item_started_s, 6),
             trace=f"trace.log:{first}-{last}" if last >= first else "",
+            begins=max(first, self._begins) if verdict.trace is None else first,
             readings=dict(verdict.readings),
             deviations=tuple(
                 {"quantity": m.quantity, "expected": m.expected, "actual": m.actual} for m in failed
             ),
         )
-        if self._eds is None or word != "fail":
+        if word != "fail":
             return item
-        return replace(item, eds=self._eds.on(item))
+        again = repro.command(self.options.arguments(self.spec.variant), item.id)
+        return replace(item, repro=again, eds={} if self._eds is None else self._eds.on(item))
 
     def record(self, item: Item) -> None:
         """Add a result to the record, and save the record now and then."""
@@ -329,6 +339,7 @@ class Run:
             "interface": self.definition.interface,
             "bitrate": self.definition.bitrate or self.spec.bitrate,
             "seed": options.seed,
+            "arguments": options.arguments(self.spec.variant),
             "simulate_spec": options.simulate_spec or "",
             "faults": list(options.faults),
             "simulated_readings": list(options.readings),

@@ -14,6 +14,7 @@ import pytest
 from conformance.bench.interrupts import interruptible
 from conformance.errors import BenchError, SpecError
 from conformance.report.console import console
+from conformance.report.repro import script
 from conformance.report.summary import Progress, print_summary
 from conformance.run import Run
 from conformance.session import RUN
@@ -55,12 +56,18 @@ def run(run: Run) -> int:
     if run.results.aborted and not run.opened:
         raise BenchError(run.results.aborted)
     if not run.opened:
+        if run.options.repro and not errors:
+            raise SpecError(f"--repro: expected the id of an item, got {run.options.repro!r}")
         if run.options.select and not errors:
             raise SpecError(
                 f"--select: expected a part of an item's id, got {run.options.select!r}"
             )
         raise RuntimeError("\n".join(errors) or "the checks did not start")
     print_summary(run.results, str(run.directory), console)
+    if run.options.repro and run.directory is not None:
+        for item in run.results.items:
+            console.say()
+            console.say(script(run.directory, item.id))
     return run.results.exit_code
 
 

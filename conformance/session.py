@@ -113,6 +113,7 @@ class ConformanceSession:
     @pytest.hookimpl(wrapper=True)
     def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> Generator[None, object, object]:
         """Conclude the verdict when the check's function has ended."""
+        self._run.begin_check()
         result = yield
         if _what(pyfuncitem)[0] is None:
             return result

@@ -106,6 +106,8 @@ def explain(item: Item) -> str:
     if item.eds.get("stands"):
         lines.append(f"            {item.eds['stands']}")
     lines.append(f"  wire      {item.trace}")
+    if item.repro:
+        lines.append(f"  again     {item.repro}")
     return "\n".join(lines)
 
 

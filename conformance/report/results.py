@@ -47,6 +47,8 @@ class Item:
         readings: Ambiguity to the reading that the device follows here.
         deviations: Every comparison that failed.
         eds: What the EDS says of a deviation's object, and who stands alone; empty without an EDS.
+        begins: Line of the trace at which the check itself begins, its set-up done.
+        repro: The command that runs a failed item again.
     """
 
     id: str
@@ -67,6 +69,8 @@ class Item:
     readings: Mapping[str, int] = field(default_factory=dict)
     deviations: tuple[Mapping[str, str], ...] = ()
     eds: Mapping[str, str] = field(default_factory=dict)
+    begins: int = 0
+    repro: str = ""
 
 
 @dataclass(slots=True)
