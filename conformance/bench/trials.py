@@ -191,6 +191,31 @@ def observe_restored(node: Node, service: Store, sub: int, *, power: bool) -> Re
         return Restored(answer, chosen, before, after, saved, lasting, told)
 
 
+def observe_late_restored(node: Node, service: Store, sub: int, key: Key, value: int) -> Restored:
+    """Restore a group with a value stored that may act only afterwards, and see when its default is back."""
+    word = service.word.to_bytes(4, "little")
+    chosen = {key: node.spec.entries[key].type.encode(value)}
+    settings = Settings(node)
+    try:
+        settings.begin()
+        node.download(*key, value)
+        settings.save()
+        answer = node.write(service.object, sub, word)
+        before = settings.read()
+        if not answer.confirmed:
+            return Restored(answer, chosen, before, before)
+        node.reset()
+        after, saved = settings.read(), None
+        if after[key] == chosen[key]:
+            node.write(service.object, sub, word)
+            settings.save()
+            node.reset()
+            saved = settings.read()
+        return Restored(answer, chosen, before, after, saved)
+    finally:
+        settings.put_back()
+
+
 def observe_unsaved(node: Node, service: Store, sub: int) -> Unsaved:
     """Restore a group with other settings stored, switch the supply twice, and see what they hold.
 

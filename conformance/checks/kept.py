@@ -15,6 +15,7 @@ from conformance.bench.trials import (
     Unsaved,
     observe_defaults,
     observe_kept,
+    observe_late_restored,
     observe_restored,
     observe_unsaved,
     observe_wrong_signatures,
@@ -81,6 +82,14 @@ def restored(bench: Bench, node: Node, verdict: Verdict, sub: int, *, power: boo
     seen = bench.observations.once(f"restore {sub}, power {power}", Restored, observe)
     verdict.shown_in(seen.first, seen.last)
     return seen.outcome
+
+
+def late_restored(node: Node, entry: Entry) -> Restored:
+    """Return what became of a setting that may act late when the widest group was restored."""
+    sub, service = storable.widest_restore(node.spec), node.spec.services.restore
+    if service is None:
+        raise SetupRefused("the manual documents no such service")
+    return observe_late_restored(node, service, sub, entry.key, storable.late_values(entry)[0])
 
 
 def unsaved(bench: Bench, node: Node, verdict: Verdict, sub: int) -> Unsaved:

@@ -38,6 +38,13 @@ def late_settings(spec: DeviceSpec) -> Iterable[Case]:
             yield Case(entry.address, entry, entry.source_of("persistent"))
 
 
+def late_restored_settings(spec: DeviceSpec) -> Iterable[Case]:
+    """Return those of them that the widest restore brings back by every reading."""
+    for case in late_settings(spec) if spec.services.restore else ():
+        if _always_in(spec, "restore", widest_restore(spec), case.subject):
+            yield Case(case.label, case.subject, case.subject.source_of("default"))
+
+
 def late_values(entry: Entry) -> list[int]:
     """Return the values of an enumeration that every reading allows and none has as its default."""
     defaults = {reading.default for reading in entry.readings}

@@ -197,3 +197,17 @@ def test_restore_reads_as_documented(node: Node, entry: Entry, verdict: Verdict)
     value = node.number(*entry.key)
 
     verdict.one_of(f"value of {entry.address}", value, storable.answers(entry))
+
+
+@requirement(
+    "RST-15",
+    level="manual",
+    cases=("entry", storable.late_restored_settings),
+    effects=storable.RESTORES,
+)
+def test_setting_that_may_act_late_is_restored(node: Node, entry: Entry, verdict: Verdict) -> None:
+    """A setting that may read as before until it is stored holds its default after restore and reset."""
+    outcome = kept.late_restored(node, entry)
+
+    kept.require_confirmed(outcome)
+    kept.judge_default(verdict, entry, outcome)
