@@ -159,7 +159,11 @@ class Run:
         for entry in self.spec.by_kind("identity"):
             if not entry.readable or entry.optional:
                 continue
-            transfer = node.sdo.upload(entry.index, entry.sub)
+            try:
+                transfer = node.sdo.upload(entry.index, entry.sub)
+            except NodeTimeout as error:
+                identity[entry.address] = str(error)
+                break
             if transfer.data is None:
                 identity[entry.address] = str(transfer)
                 if transfer.fault:
@@ -285,7 +289,11 @@ class Run:
             }
             self.results.run["frames"] = bench.link.line
             self.results.run["non_volatile_writes"] = bench.non_volatile_writes
-            self.results.run["unsolicited_sdo_responses"] = bench.channel.unsolicited
+            self.results.run["unsolicited_sdo_responses"] = bench.illegal.unsolicited
+            self.results.run["improper_sdo_responses"] = bench.illegal.improper
+            self.results.run["improper_heartbeats"] = bench.illegal.error_control
+            if words := str(bench.illegal):
+                self.results.illegal = f"the node sent what no node may: {words}"
             self.results.run["sdo_response_times"] = dict(bench.channel.times.summary())
             try:
                 bench.close()

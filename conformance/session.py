@@ -19,6 +19,7 @@ from conformance.run import Run
 from conformance.verdict import EmptyCheckError, Nonconformity, Verdict
 
 CHECK_TIMEOUT_S = 120
+_ABSENT = Case("", None, "")
 RUN = pytest.StashKey[Run]()
 
 
@@ -50,6 +51,15 @@ class ConformanceSession:
 
     # One item per requirement and case
 
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_pycollect_makeitem(self, obj: object) -> list[pytest.Item] | None:
+        """Make nothing of a check of which the user wants no item."""
+        requirement = getattr(obj, "requirement", None)
+        if not isinstance(requirement, Requirement):
+            return None
+        cases = list(requirement.cases(self._run.spec)) or [_ABSENT]
+        return None if any(self._run.selects(requirement, it) for it in cases) else []
+
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
         """Make one item of each case a check applies to."""
         requirement: Requirement | None = getattr(metafunc.function, "requirement", None)
@@ -57,13 +67,12 @@ class ConformanceSession:
             return
         found = list(requirement.cases(self._run.spec))
         prefix = f"{self._run.spec.name}/{requirement.id}"
-        absent = Case("", None, "")
         names = [f"{prefix}/{case.label}" for case in found] or [prefix]
         metafunc.fixturenames.append("_case")
         argument = [requirement.argument] if requirement.argument else []
         metafunc.parametrize(
             ["_case", *argument],
-            [(case, *([case.subject] * len(argument))) for case in found or [absent]],
+            [(case, *([case.subject] * len(argument))) for case in found or [_ABSENT]],
             ids=names,
         )
 

@@ -14,7 +14,8 @@ LATE_S = 0.02
 class SdoChannel:
     """One node's default SDO server (CiA 301 v4.2.0, 7.2.4.2).
 
-    Responses that no request was waiting for are counted, never taken for an answer.
+    Responses that no request was waiting for are counted, never taken for an answer. An answer that
+    cannot be meant for its request, or has not the 8 octets of every SDO message, is counted too.
 
     Args:
         link: The link to the bus.
@@ -34,7 +35,11 @@ class SdoChannel:
         self._request = b""
         self._last_response: bytes | None = None
         self._repeats_before: bytes | None = None
+        self._burst: tuple[bytes, ...] = ()
+        self._in_block = False
         self.unsolicited = 0
+        self.improper = 0
+        self.in_vain = 0
         self.times = ResponseTimes()
 
     def _place(self, node_id: int) -> None:
@@ -61,6 +66,8 @@ class SdoChannel:
         self.settle()
         self._repeats_before = self._last_response if data != self._request else None
         self._request = data
+        self._burst = (data, *more)
+        self._in_block = _is_of_block(data, begun=self._in_block)
         sent = self._link.send(Frame(self.request_id, data))
         self.times.sent(data, sent.time_s)
         self._mark = self._link.mark()
@@ -87,7 +94,13 @@ class SdoChannel:
         self._last_response = received.frame.data if received else None
         if received is not None:
             self.times.received(received.time_s)
+            self.improper += self._is_improper(received.frame.data)
         return received
+
+    def _is_improper(self, data: bytes) -> bool:
+        if len(data) != _OCTETS:
+            return True
+        return not self._in_block and not any(_fits(request, data) for request in self._burst)
 
     def _is_repetition(self, data: bytes) -> bool:
         if data != self._repeats_before:
@@ -116,8 +129,17 @@ _ANSWERED_BY = {0: 1, 1: 3, 2: 2, 3: 0}
 _INITIATES = (1, 2)
 _BLOCKS = (5, 6)
 _ABORT = 4
+_ABORTS = 0x80
+_OCTETS = 8
 _NAMES_OBJECT = 4
 """Octets of the shortest frame that names an object."""
+
+
+def _is_of_block(request: bytes, *, begun: bool) -> bool:
+    """Tell whether a request belongs to a block transfer, where segments have no command specifier."""
+    if not request or request[0] == _ABORTS:
+        return False
+    return request[0] >> 5 in _BLOCKS or (begun and request[0] >> 5 not in _INITIATES)
 
 
 def _fits(request: bytes, response: bytes) -> bool:

@@ -23,6 +23,9 @@ CLOCK_STEP_S = 1e-6
 SENT_WITHIN_S = 0.03
 """What an adapter was told to send is on the bus within this, at 10 kbit/s too."""
 
+MOST_KEPT = 1_000_000
+"""Frames of one check; each takes memory, and no check needs nearly as many."""
+
 Match: TypeAlias = Callable[[Frame], bool]
 
 BREAK_S = 2e-4
@@ -177,6 +180,8 @@ class Link:
         return self._keep(frame, message.timestamp, received=True)
 
     def _keep(self, frame: Frame, time_s: float, *, received: bool) -> Stamped:
+        if len(self._frames) >= MOST_KEPT:
+            raise BenchError(f"{MOST_KEPT} frames within one check: something floods the bus")
         line = self._trace.add(time_s, frame, received=received)
         stamped = Stamped(frame, time_s, line, len(self._frames), received)
         self._frames.append(stamped)

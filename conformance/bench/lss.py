@@ -203,6 +203,8 @@ class LssPort:
 
     def at(self, node_id: int) -> SdoPort:
         """Return the SDO server of any node-ID, at the present bit rate."""
+        if node_id == self.node.node_id:
+            return self.node.sdo
         return SdoPort(SdoChannel(self._link, node_id, self.node.channel.timeout_s))
 
     def answers_at(self, node_id: int) -> bool:

@@ -54,7 +54,7 @@ class Node:
         self.boot_up_timeout_s = boot_up_timeout_s
         self._alone = alone
         self.channel = channel
-        self.sdo = SdoPort(channel)
+        self.sdo = SdoPort(channel, spec)
         self._setup = SetupClient(channel)
         self._undo: list[Callable[[], None]] = []
         self._commanded = False

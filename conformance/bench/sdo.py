@@ -8,11 +8,23 @@ from dataclasses import dataclass
 
 from conformance.bench.channel import SdoChannel
 from conformance.bench.link import Stamped
+from conformance.errors import NodeTimeout
+from conformance.spec.model import DeviceSpec
 from conformance.wire import sdo
 from conformance.wire.abort import AbortCode, describe
 from conformance.wire.errors import WireError
 
 MOST_OCTETS = 100_000
+SPARE_SEGMENTS = 1000
+SEGMENTS_PER_OCTET = 0.3
+"""A segment holds up to 7 octets (CiA 301 v4.2.0, 7.2.4.3.7); many more than needed do not end."""
+
+MOST_OF_A_NUMBER = 1000
+"""Octets of an object of a type that has 8 at most: enough to see that it does not end."""
+
+MOST_IN_VAIN = 200_000
+"""Segments of uploads that did not end; after so many no upload is begun any more."""
+
 _UNUSED = b"\xff"
 
 
@@ -95,10 +107,12 @@ class SdoPort:
 
     Args:
         channel: The node's SDO server.
+        spec: What the node is documented to have, where that is known.
     """
 
-    def __init__(self, channel: SdoChannel) -> None:
+    def __init__(self, channel: SdoChannel, spec: DeviceSpec | None = None) -> None:
         self._channel = channel
+        self._spec = spec
 
     def ask(self, request: sdo.Request | bytes, *, wait_s: float | None = None) -> Answer:
         """Send one request and wait for one response.
@@ -148,8 +162,19 @@ class SdoPort:
         Args:
             index: Of the object.
             sub: Sub-index.
-            most_octets: What is longer, or comes in more segments, is aborted.
+            most_octets: What is longer, or comes in many more segments than it needs, is aborted.
+
+        Raises:
+            NodeTimeout: Too many uploads did not end.
         """
+        if self._channel.in_vain >= MOST_IN_VAIN:
+            raise NodeTimeout(
+                f"node {self._channel.node_id}: {self._channel.in_vain} segments of uploads that "
+                "do not end"
+            )
+        entry = None if self._spec is None else self._spec.entry(index, sub)
+        if entry is not None and entry.type.size is not None:
+            most_octets = min(most_octets, MOST_OF_A_NUMBER)
         answer = self.ask(sdo.InitiateUpload(index, sub))
         reply = answer.response
         if not isinstance(reply, sdo.InitiateUploadReply):
@@ -185,17 +210,18 @@ class SdoPort:
                 return self._ended(answer, None, None, "an upload segment")
             segment = answer.response
             if segment.toggle != toggle:
-                return Transfer(fault=f"toggle bit not alternated in segment {len(data) // 7 + 1}")
+                return self._broken(f"toggle bit not alternated in segment {len(data) // 7 + 1}")
             data += segment.data
             if segment.last:
                 break
-            if max(len(data), count) >= most:
+            if len(data) >= most or count >= SPARE_SEGMENTS + len(data) * SEGMENTS_PER_OCTET:
+                self._channel.in_vain += count
                 self.abort(index, sub, AbortCode.OUT_OF_MEMORY)
                 fault = f"upload still not complete after {len(data)} octets in {count} segments"
-                return Transfer(fault=fault, partial=bytes(data))
+                return self._broken(fault, partial=bytes(data))
             toggle = not toggle
         if announced is not None and announced != len(data):
-            return Transfer(fault=f"{announced} octets announced, {len(data)} transferred")
+            return self._broken(f"{announced} octets announced, {len(data)} transferred")
         return Transfer(bytes(data), announced=announced)
 
     def download_segments(self, index: int, sub: int, data: bytes, size: int | None) -> Transfer:
@@ -218,9 +244,14 @@ class SdoPort:
             if not isinstance(answer.response, sdo.DownloadSegmentAck):
                 return self._ended(answer, index, sub, "a download segment response")
             if answer.response.toggle != toggle:
-                return Transfer(fault=f"toggle bit not alternated in segment {start // 7 + 1}")
+                return self._broken(f"toggle bit not alternated in segment {start // 7 + 1}")
             toggle = not toggle
         return Transfer(data)
+
+    def _broken(self, fault: str, partial: bytes = b"") -> Transfer:
+        """Return a transfer whose responses are proper ones alone, but not together."""
+        self._channel.improper += 1
+        return Transfer(fault=fault, partial=partial)
 
     def _acknowledged(self, answer: Answer, index: int, sub: int) -> Transfer | None:
         match answer.response:

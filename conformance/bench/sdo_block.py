@@ -96,6 +96,7 @@ class BlockPort:
                 return bytes(data)
             if expected == block_size:
                 self._tell(sdo.BlockUploadAck(expected, block_size))
+        self._channel.in_vain += _MOST_SEGMENTS
         return Transfer(fault=f"upload still not complete after {len(data)} octets")
 
     def _end_of_upload(

@@ -11,13 +11,15 @@ import can
 
 from conformance.bench.channel import SdoChannel
 from conformance.bench.definition import BenchDefinition
+from conformance.bench.illegal import Illegal
 from conformance.bench.link import Link
 from conformance.bench.node import Node
 from conformance.bench.observations import Observations
 from conformance.bench.operator import Operator, operator_of
 from conformance.bench.reach import Place, Reach
+from conformance.bench.sdo import MOST_IN_VAIN
 from conformance.bench.trace import Trace
-from conformance.errors import BenchError, ConformanceError, SpecError
+from conformance.errors import BenchError, ConformanceError, NodeTimeout, SpecError
 from conformance.spec.model import DeviceSpec
 from conformance.wire.nmt import NmtCommand
 
@@ -38,6 +40,7 @@ class Bench:
         self.non_volatile_writes = 0
         self.was_stopped = False
         self.observations = Observations(link)
+        self.illegal = Illegal()
         self.channel = SdoChannel(link, spec.node_id, definition.sdo_timeout_s)
         home = Place(spec.node_id, definition.bitrate or spec.bitrate)
         self.reach = Reach(link, self.channel, spec, home, definition.boot_up_timeout_s)
@@ -108,6 +111,9 @@ class Bench:
         if doubtful and not node.answers():
             node.recover()
         self.channel.settle()
+        self.illegal.look(self.link, self.channel)
+        if self.channel.in_vain >= MOST_IN_VAIN:
+            raise NodeTimeout(f"node {node.node_id} does not end its uploads")
 
     def find_node(self) -> None:
         """Make sure that a node is there before anything is judged.

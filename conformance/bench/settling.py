@@ -64,8 +64,7 @@ class Settling:
             transfer = self._node.sdo.upload(*key)
             if not transfer.answered:
                 return None
-            if transfer.data is not None:
-                values.append(int.from_bytes(transfer.data[:4], "little"))
+            values.append(int.from_bytes((transfer.data or b"")[:4], "little"))
         return values
 
     def _response_s(self) -> float:

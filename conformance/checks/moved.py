@@ -25,8 +25,10 @@ from conformance.checks.moving import (
     place_at_once,
     steps,
 )
+from conformance.errors import SetupRefused
 from conformance.spec.model import Entry, OtherBehaviours, address, is_legal
 from conformance.verdict import Verdict
+from conformance.wire.errors import WireError
 
 
 def moved(
@@ -95,15 +97,15 @@ def judge_move(
 def judge_follower(verdict: Verdict, entry: Entry, outcome: Moved) -> None:
     """Judge what an entry with the node-ID in it holds after the node-ID changed."""
     here = outcome.places[-1] or outcome.home
-    before, after = (entry.type.decode(it[entry.key]) for it in (outcome.before, outcome.after))
-    expected = followed(entry, int(before), here.node_id - outcome.home.node_id)
+    before, after = (_number(entry, it[entry.key]) for it in (outcome.before, outcome.after))
+    expected = followed(entry, before, here.node_id - outcome.home.node_id)
     verdict.one_of(
         f"value of {entry.address} as {here}",
-        int(after),
+        after,
         list(expected),
         show=lambda word: f"{word:08X}h",
     )
-    other = expected.get(int(after))
+    other = expected.get(after)
     if other is not None:
         verdict.follows(other.ambiguity, other.reading)
 
@@ -139,7 +141,7 @@ def judge_object_stays(
     seen = observe_refused(bench.reach, node, entry.key, map(entry.type.encode, values))
 
     for data, outcome in seen.items():
-        value, before, after = (int(entry.type.decode(it)) for it in (data, *outcome))
+        value, before, after = (_number(entry, it) for it in (data, *outcome))
         legal = is_legal(value, entry.legal)
         expected = [before, value] if legal else [before]
         verdict.one_of(f"{entry.address} after {value} was written", after, expected)
@@ -169,6 +171,13 @@ def judge_aliases(bench: Bench, node: Node, verdict: Verdict, name: str, change:
     verdict.holds("objects", expected="one value at all of them", actual=words, ok=ok)
     if ok and (reading := permitted[next(iter(same.values()))]) is not None:
         verdict.follows(reading.ambiguity, reading.reading)
+
+
+def _number(entry: Entry, data: bytes) -> int:
+    try:
+        return int(entry.type.decode(data))
+    except WireError as error:
+        raise SetupRefused(f"{entry.address}: {error}, see OD-03") from error
 
 
 def _list(places: Iterable[Place | None]) -> str:

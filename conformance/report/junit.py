@@ -27,7 +27,11 @@ def to_junit(results: Results) -> str:
     remarks = {item.id for item in results.remarks()}
     cases = [_case(item, remark=item.id in remarks) for item in results.items]
     cases += _scan_cases(results)
-    for name_, reason in (("run", results.aborted), ("as found", results.left_changed)):
+    for name_, reason in (
+        ("run", results.aborted),
+        ("as found", results.left_changed),
+        ("illegal frames", results.illegal),
+    ):
         if reason:
             case = TestCase(name_, classname=f"{device['spec']}.bench")
             case.add_error_info(message=_legal(reason))

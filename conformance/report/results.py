@@ -84,6 +84,7 @@ class Results:
         strict: Deviations at level ``should`` count.
         aborted: Why the run ended early, empty if it did not.
         left_changed: What the run did not leave as it was, empty if all is.
+        illegal: What the node sent that no node may, empty if nothing.
         scanned: What a walk over the object dictionary found; None without one.
     """
 
@@ -93,6 +94,7 @@ class Results:
     strict: bool = False
     aborted: str = ""
     left_changed: str = ""
+    illegal: str = ""
     complete: bool = False
     scanned: Scanned | None = None
     _texts: list[str] = field(default_factory=list, repr=False)
@@ -128,6 +130,7 @@ class Results:
         if (
             self.aborted
             or self.left_changed
+            or self.illegal
             or not self.complete
             or counts["inconclusive"]
             or not decided
@@ -147,6 +150,8 @@ class Results:
             "exit_code": self.exit_code,
             "complete": self.complete,
             "aborted": self.aborted,
+            "left_changed": self.left_changed,
+            "illegal": self.illegal,
             "items": len(self.items),
         }
         summary.update(self.counts())

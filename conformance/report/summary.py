@@ -146,6 +146,8 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     if results.aborted:
         terminal.say(f"The run ended early: {results.aborted}", style="bold yellow")
     _as_found(results, terminal)
+    if results.illegal:
+        terminal.say(results.illegal, style="bold yellow")
     word, style = HEADLINES[results.verdict]
     terminal.say(f"{word}: {_counts(results)}", style=style)
     terminal.say(_times(results))
