@@ -31,7 +31,7 @@ NAMES = frozenset(
 )
 """Keys that name an object: another one would be another device, not a wrong figure."""
 
-UNSAID = frozenset({"open", "any"})
+UNSAID = frozenset({"open", "any", "either"})
 """Choices by which a spec says that the manual leaves something open: nothing that a device does."""
 
 TPDO_FIGURES = (2, 5)
