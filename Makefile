@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test check benchmark schema reference samples clean
+.PHONY: demo test check unusual mutants benchmark schema reference samples clean
 
 demo: .venv/installed
 	$(BIN)/canopen-conformance run siko_ims360
@@ -16,6 +16,14 @@ check: .venv/installed-dev
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+unusual: .venv/installed-dev
+	UNUSUAL_PART=1 UNUSUAL_SHARES=8 $(BIN)/python -m pytest tests/checks/test_unusual_devices.py --numprocesses=auto
+
+mutants: .venv/installed-dev
+	$(BIN)/canopen-conformance mutants siko_ims360 --variant two-axis
+	$(BIN)/canopen-conformance mutants baumer_gim140r --variant two-dimensional
+	$(BIN)/canopen-conformance mutants danfoss_dst_x730 --variant xy-10
 
 benchmark: .venv/installed-dev
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable

@@ -99,7 +99,7 @@ class SimulatedDevice:
         return self._agenda.deadline_ns
 
     def twin(self, serial_number: int) -> SimulatedDevice:
-        """Return another device like this one as it left the factory, with this one's node-ID."""
+        """Return another device like this one as it left the factory, with its node-ID and bit rate."""
         return SimulatedDevice(
             self._file,
             variant=self.spec.variant,
@@ -107,6 +107,7 @@ class SimulatedDevice:
             readings=self._readings,
             faults=self.faults,
             serial_number=serial_number,
+            bitrate=self.bitrate,
         )
 
     def power_on(self, now_ns: int) -> None:
