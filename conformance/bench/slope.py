@@ -107,10 +107,14 @@ class SlopePort:
         if wanted != before:
             self._node.download(*key, wanted)
 
-    def make_plain(self) -> None:
-        """Let the offsets count, take the inversion and the differential offset away."""
+    def count_upright(self) -> None:
+        """Let the offsets count and take the inversion away."""
         self.scale(on=True)
         self.invert(on=False)
+
+    def make_plain(self) -> None:
+        """Do so, and take the differential offset away."""
+        self.count_upright()
         if (
             self.rule is not None
             and self.rule.differential_offset is not None

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from conformance.bench.in_force import InForce
+from conformance.bench.in_force import InForce, may_wait
 from conformance.bench.node import Node
 from conformance.bench.sdo import Transfer
 from conformance.bench.settling import Settling
@@ -145,21 +146,20 @@ Pick = Callable[[MeasuredSlope, DeviceSpec], bool]
 def slopes(
     pick: Pick = lambda slope, spec: True,  # noqa: ARG005 - its default takes all
     *,
-    setting: str = "",
+    as_found: bool = False,
 ) -> tuple[str, Cases]:
     """Return cases for the slopes that ``pick`` takes.
 
     Args:
         pick: Which.
-        setting: Attribute of a slope's rule: the object that may have to be stored to act.
+        as_found: The check writes no operating parameter.
     """
 
     def generate(spec: DeviceSpec) -> Iterable[Case]:
         for slope in measured_slopes(spec):
             if pick(slope, spec):
                 section = slope.rule.source if slope.rule else slope.entry.source
-                named = getattr(slope.rule, setting, None)
-                waits = () if named is None else at_need(spec.entries[key_of(named)])
+                waits = () if as_found else at_need(operating_parameter(spec, slope.rule))
                 yield Case(slope.entry.address, slope, section, at_need=waits)
 
     return "slope", generate
@@ -226,11 +226,56 @@ def port_of(node: Node, slope: MeasuredSlope) -> SlopePort:
     return SlopePort(node, slope.entry, slope.rule)
 
 
-def upright_port_of(node: Node, slope: MeasuredSlope) -> SlopePort:
-    """Return a slope of the node, which is not inverted."""
+def operating_parameter(spec: DeviceSpec, rule: Slope | None) -> Entry | None:
+    """Return the entry that inverts and scales a slope, None without one."""
+    named = None if rule is None else rule.operating_parameter
+    return None if named is None else spec.entry(*key_of(named))
+
+
+def upright_port_of(
+    node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
+) -> SlopePort:
+    """Return a slope of the node, which is not inverted; stored first where it may have to be."""
     port = port_of(node, slope)
-    port.invert(on=False)
+    _set_up(node, port, partial(port.invert, on=False), in_force, verdict)
     return port
+
+
+def plain_port_of(
+    node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
+) -> SlopePort:
+    """Return such a slope whose offsets count, without a differential offset."""
+    port = port_of(node, slope)
+    _set_up(node, port, port.count_upright, in_force, verdict)
+    port.make_plain()
+    return port
+
+
+def _set_up(
+    node: Node,
+    port: SlopePort,
+    change: Callable[[], None],
+    in_force: InForce,
+    verdict: Verdict,
+) -> None:
+    """Change a slope's operating parameter, which has to be stored unless the slope shows that it acts."""
+    parameter = operating_parameter(node.spec, port.rule)
+    if parameter is None or not may_wait(parameter):
+        change()
+        return
+    held, before = node.number(*parameter.key), port.seen()
+    change()
+
+    def goes_on() -> bool | None:
+        return None if is_same(before, 0.0, port.seen()) else False
+
+    if node.number(*parameter.key) != held:
+        put_in_force(in_force, verdict, [parameter], goes_on, Settling(node).wait)
+
+
+def is_same(before: Seen, turn: float, seen: Seen) -> bool:
+    """Tell whether a slope shows what it did before, whole turns left out of account."""
+    return distance(seen.value, before.value, turn) <= margin_of(seen, before)
 
 
 def targets(slope: MeasuredSlope, step_deg: float) -> list[int]:
@@ -337,7 +382,7 @@ def confirmed(verdict: Verdict, what: str, transfer: Transfer) -> None:
 def seen_with(
     node: Node,
     port: SlopePort,
-    setting: Entry,
+    setting: Entry | None,
     in_force: InForce,
     verdict: Verdict,
     is_as_before: Callable[[Seen], bool],
@@ -356,5 +401,6 @@ def seen_with(
     def goes_on() -> bool:
         return is_as_before(port.seen())
 
-    put_in_force(in_force, verdict, [setting], goes_on, Settling(node).wait)
+    written = [] if setting is None else [setting]
+    put_in_force(in_force, verdict, written, goes_on, Settling(node).wait)
     return port.seen()

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
 from conformance.bench.slope import Seen, watch
 from conformance.bench.stimulus import Stimulus
@@ -52,10 +53,10 @@ SUPPLIES_V = (18.0, 24.0)
     needs=("tilt",),
 )
 def test_slope_follows_the_tilt(
-    node: Node, slope: MeasuredSlope, stimulus: Stimulus, verdict: Verdict
+    node: Node, slope: MeasuredSlope, stimulus: Stimulus, in_force: InForce, verdict: Verdict
 ) -> None:
     """A slope changes by the angle by which the device is tilted, over its range and with its sign."""
-    port = upright_port_of(node, slope)
+    port = upright_port_of(node, slope, in_force, verdict)
     step_deg = port.step_deg
     port.tilt(stimulus, 0.0)
     level = port.seen()
@@ -87,7 +88,7 @@ def _one_of_two(slope: MeasuredSlope, spec: DeviceSpec) -> bool:
 @requirement(
     "DEV-02",
     level="manual",
-    cases=slopes(_one_of_two),
+    cases=slopes(_one_of_two, as_found=True),
     effects=("reads", "writes"),
     needs=("tilt",),
 )
@@ -127,10 +128,10 @@ def _has_a_limit(slope: MeasuredSlope, spec: DeviceSpec) -> bool:
     needs=("tilt",),
 )
 def test_slope_beyond_its_limit(
-    node: Node, slope: MeasuredSlope, stimulus: Stimulus, verdict: Verdict
+    node: Node, slope: MeasuredSlope, stimulus: Stimulus, in_force: InForce, verdict: Verdict
 ) -> None:
     """Tilted beyond the limit of an error, a slope stops at the limit, or goes on, as documented."""
-    port = upright_port_of(node, slope)
+    port = upright_port_of(node, slope, in_force, verdict)
     step_deg = port.step_deg
     port.tilt(stimulus, 0.0)
     level = port.seen()

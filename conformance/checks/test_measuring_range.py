@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
 from conformance.bench.stimulus import Stimulus
 from conformance.checks.limits import STEPS
@@ -75,10 +76,10 @@ def _angles(spec: DeviceSpec, slope: MeasuredSlope) -> list[float]:
     needs=("tilt",),
 )
 def test_slope_covers_its_range(
-    node: Node, slope: MeasuredSlope, stimulus: Stimulus, verdict: Verdict
+    node: Node, slope: MeasuredSlope, stimulus: Stimulus, in_force: InForce, verdict: Verdict
 ) -> None:
     """A slope follows the tilt over the whole documented measuring range, up to both ends."""
-    port = upright_port_of(node, slope)
+    port = upright_port_of(node, slope, in_force, verdict)
     step_deg = port.step_deg
     port.tilt(stimulus, 0.0)
     level = port.seen()
@@ -98,10 +99,10 @@ def test_slope_covers_its_range(
     needs=("tilt",),
 )
 def test_slope_is_the_tilt_itself(
-    node: Node, slope: MeasuredSlope, stimulus: Stimulus, verdict: Verdict
+    node: Node, slope: MeasuredSlope, stimulus: Stimulus, in_force: InForce, verdict: Verdict
 ) -> None:
     """A slope without offsets is the angle of the tilt itself: 0 where the device is level."""
-    port = upright_port_of(node, slope)
+    port = upright_port_of(node, slope, in_force, verdict)
     if port.offset or port.differential:
         raise SetupRefused("the node has an offset, so that the slope is not the tilt itself")
     step_deg = port.step_deg
@@ -120,10 +121,10 @@ def test_slope_is_the_tilt_itself(
     needs=("tilt",),
 )
 def test_slope_stays_within_its_turn(
-    node: Node, slope: MeasuredSlope, stimulus: Stimulus, verdict: Verdict
+    node: Node, slope: MeasuredSlope, stimulus: Stimulus, in_force: InForce, verdict: Verdict
 ) -> None:
     """Turned further than once round, a slope without offset shows angles of the documented turn alone."""
-    port = upright_port_of(node, slope)
+    port = upright_port_of(node, slope, in_force, verdict)
     if port.offset or port.differential:
         raise SetupRefused("the node has an offset, which may take the slope beyond its range")
     step_deg = port.step_deg

@@ -8,24 +8,26 @@ from functools import partial
 
 from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
+from conformance.bench.settings import unmet_conditions
 from conformance.bench.slope import Seen
 from conformance.bench.stimulus import Stimulus
 from conformance.checks import cases
 from conformance.checks.slopes import (
     MeasuredSlope,
     confirmed,
-    distance,
     having,
+    is_same,
     margin_of,
     measured_slopes,
-    port_of,
+    operating_parameter,
+    plain_port_of,
     possible,
     seen_with,
     targets,
     within_a_turn,
 )
 from conformance.checks.steps import require_writable
-from conformance.checks.waiting import at_need
+from conformance.checks.waiting import at_need, put_in_force
 from conformance.requirements import Case, requirement
 from conformance.spec.fields import key_of
 from conformance.spec.model import DeviceSpec, Entry
@@ -54,7 +56,8 @@ def _resolutions(spec: DeviceSpec) -> Iterable[Case]:
             if entry.always_legal(value):
                 new = NewResolution(slope, entry, value)
                 label = f"{slope.entry.address}/{value}"
-                yield Case(label, new, entry.source_of("values"), at_need=at_need(entry))
+                waits = at_need(entry, operating_parameter(spec, slope.rule))
+                yield Case(label, new, entry.source_of("values"), at_need=waits)
 
 
 @requirement(
@@ -68,9 +71,8 @@ def test_slope_counts_in_the_resolution(
     node: Node, new: NewResolution, stimulus: Stimulus, in_force: InForce, verdict: Verdict
 ) -> None:
     """With each documented resolution the slope and its offsets count in its unit, at the same tilt."""
-    port = port_of(node, new.slope)
-    port.make_plain()
-    require_writable(node, new.entry)
+    port = plain_port_of(node, new.slope, in_force, verdict)
+    _make_writable(node, new.entry, in_force, verdict)
     before_deg = port.step_deg
     most_deg = new.slope.entry.type.maximum * TYPE_SHARE * _unit_deg(new, before_deg, node)
     port.tilt(stimulus, min(new.slope.at(TILT_SHARE), most_deg))
@@ -80,7 +82,7 @@ def test_slope_counts_in_the_resolution(
     transfer = node.try_download(new.entry.index, new.entry.sub, data)
 
     confirmed(verdict, f"download of {new.value} to {new.entry.address}", transfer)
-    as_before = partial(_is_same, before)
+    as_before = partial(is_same, before, 0.0)
     new_deg = port.step_deg != before_deg
     after = (
         seen_with(node, port, new.entry, in_force, verdict, as_before) if new_deg else port.seen()
@@ -97,9 +99,11 @@ def test_slope_counts_in_the_resolution(
     )
 
 
-def _is_same(before: Seen, seen: Seen) -> bool:
-    """Tell whether a slope shows the number that it did before."""
-    return distance(seen.value, before.value, 0) <= margin_of(seen, before)
+def _make_writable(node: Node, entry: Entry, in_force: InForce, verdict: Verdict) -> None:
+    """Meet the conditions of a new resolution, stored first where that may be needed."""
+    unmet = [other for other, _ in unmet_conditions(node, entry)]
+    require_writable(node, entry)
+    put_in_force(in_force, verdict, unmet, lambda: None)
 
 
 def _unit_deg(new: NewResolution, before_deg: float, node: Node) -> float:
@@ -116,7 +120,8 @@ def _changed_slopes(spec: DeviceSpec) -> Iterable[Case]:
             coarsest = max(entry.values or (0,))
             if coarsest and cases.same_type(entry):
                 new = NewResolution(slope, entry, coarsest)
-                yield Case(slope.entry.address, new, entry.source, at_need=at_need(entry))
+                waits = at_need(entry, operating_parameter(spec, slope.rule))
+                yield Case(slope.entry.address, new, entry.source, at_need=waits)
 
 
 @requirement(
@@ -130,9 +135,8 @@ def test_new_resolution_and_the_offsets(
     node: Node, new: NewResolution, stimulus: Stimulus, in_force: InForce, verdict: Verdict
 ) -> None:
     """A new resolution deletes, keeps or converts the offsets as documented."""
-    port = port_of(node, new.slope)
-    port.make_plain()
-    require_writable(node, new.entry)
+    port = plain_port_of(node, new.slope, in_force, verdict)
+    _make_writable(node, new.entry, in_force, verdict)
     port.tilt(stimulus, new.slope.at(TILT_SHARE))
     before_deg = port.step_deg
     wanted = targets(new.slope, before_deg)
@@ -144,7 +148,7 @@ def test_new_resolution_and_the_offsets(
     node.download(new.entry.index, new.entry.sub, value)
 
     def goes_on(seen: Seen) -> bool:
-        return (port.offset, port.differential) == (offset, shift) and _is_same(before, seen)
+        return (port.offset, port.differential) == (offset, shift) and is_same(before, 0.0, seen)
 
     after_deg = port.step_deg
     seen_with(node, port, new.entry, in_force, verdict, goes_on)

@@ -15,7 +15,7 @@ from conformance.checks.slopes import (
     confirmed,
     having,
     judge,
-    port_of,
+    plain_port_of,
     slopes,
     targets,
     turn_steps,
@@ -121,10 +121,11 @@ def _twin_presets(slope: MeasuredSlope, spec: DeviceSpec) -> bool:
 
 
 @requirement("DEV-19", level="manual", cases=slopes(_twin_presets), effects=("reads", "writes"))
-def test_preset_at_another_address(node: Node, slope: MeasuredSlope, verdict: Verdict) -> None:
+def test_preset_at_another_address(
+    node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
+) -> None:
     """A preset written at another of its addresses acts on the slope too, where the two are one."""
-    port = port_of(node, slope)
-    port.make_plain()
+    port = plain_port_of(node, slope, in_force, verdict)
     before, key = port.seen(), key_of(port.rule_of("preset"))
     twin = next(it for it in node.spec.companions(key) if it != key)
     preset = targets(slope, port.step_deg)[-1]

@@ -6,19 +6,19 @@ from functools import partial
 
 from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
-from conformance.bench.slope import Seen, SlopePort
 from conformance.bench.stimulus import Stimulus
 from conformance.checks.slopes import (
     MeasuredSlope,
     Outcome,
     confirmed,
-    distance,
     having,
     idle_offsets,
+    is_same,
     judge,
     margin_of,
     offset_writable,
-    port_of,
+    operating_parameter,
+    plain_port_of,
     possible,
     seen_with,
     slopes,
@@ -28,26 +28,17 @@ from conformance.checks.slopes import (
 from conformance.errors import SetupRefused
 from conformance.requirements import requirement
 from conformance.spec.fields import key_of
-from conformance.spec.model import DeviceSpec, Entry
+from conformance.spec.model import DeviceSpec
 from conformance.verdict import Verdict
 
 TILT_SHARE = 0.4
 SHIFT_SHARE = 0.25
 
 
-def _parameter(node: Node, port: SlopePort) -> Entry:
-    return node.spec.entries[key_of(port.rule_of("operating_parameter"))]
-
-
-def _is_same(before: Seen, turn: float, seen: Seen) -> bool:
-    """Tell whether a slope shows what it did before, whole turns left out of account."""
-    return distance(seen.value, before.value, turn) <= margin_of(seen, before)
-
-
 @requirement(
     "DEV-08",
     level="manual",
-    cases=slopes(having("operating_parameter", "inversion"), setting="operating_parameter"),
+    cases=slopes(having("operating_parameter", "inversion")),
     effects=("reads", "writes"),
     needs=("tilt",),
 )
@@ -55,8 +46,7 @@ def test_inversion_changes_the_sign(
     node: Node, slope: MeasuredSlope, stimulus: Stimulus, in_force: InForce, verdict: Verdict
 ) -> None:
     """With the inversion set a slope has the other sign."""
-    port = port_of(node, slope)
-    port.make_plain()
+    port = plain_port_of(node, slope, in_force, verdict)
     port.tilt(stimulus, slope.at(TILT_SHARE))
     before, offsets = port.seen(), port.offset
 
@@ -66,8 +56,9 @@ def test_inversion_changes_the_sign(
     inverts = possible(node.spec, slope, "inverts")
     outcomes = [Outcome(shown[what], (other,)) for what, other in inverts.items()]
     turn = turn_steps(slope, port.step_deg)
-    as_before = partial(_is_same, before, turn)
-    after = seen_with(node, port, _parameter(node, port), in_force, verdict, as_before)
+    as_before = partial(is_same, before, turn)
+    parameter = operating_parameter(node.spec, slope.rule)
+    after = seen_with(node, port, parameter, in_force, verdict, as_before)
     judge(
         verdict, f"{slope.entry.address} inverted", after, outcomes, before=before, turn_steps=turn
     )
@@ -82,15 +73,14 @@ def _is_plain_unscaled(slope: MeasuredSlope, spec: DeviceSpec) -> bool:
 @requirement(
     "DEV-09",
     level="manual",
-    cases=slopes(_is_plain_unscaled, setting="operating_parameter"),
+    cases=slopes(_is_plain_unscaled),
     effects=("reads", "writes"),
 )
 def test_offsets_count_with_scaling_only(
     node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
 ) -> None:
     """With scaling off a slope shows the measured angle without its offsets."""
-    port = port_of(node, slope)
-    port.make_plain()
+    port = plain_port_of(node, slope, in_force, verdict)
     plain, offsets = port.seen(), port.offset
     step_deg = port.step_deg
     port.shift(_shift(slope, plain.value, step_deg))
@@ -102,8 +92,9 @@ def test_offsets_count_with_scaling_only(
     unscaled = possible(node.spec, slope, "unscaled")
     outcomes = [Outcome(shown[what], (other,)) for what, other in unscaled.items()]
     turn = turn_steps(slope, step_deg)
-    as_before = partial(_is_same, before, turn)
-    after = seen_with(node, port, _parameter(node, port), in_force, verdict, as_before)
+    as_before = partial(is_same, before, turn)
+    parameter = operating_parameter(node.spec, slope.rule)
+    after = seen_with(node, port, parameter, in_force, verdict, as_before)
     judge(
         verdict, f"{slope.entry.address} unscaled", after, outcomes, before=before, turn_steps=turn
     )
@@ -123,11 +114,10 @@ def _shift(slope: MeasuredSlope, shown: int, step_deg: float) -> int:
     effects=("reads", "writes"),
 )
 def test_differential_offset_shifts_the_slope(
-    node: Node, slope: MeasuredSlope, verdict: Verdict
+    node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
 ) -> None:
     """A differential offset shifts the slope by its value, and leaves the offset alone."""
-    port = port_of(node, slope)
-    port.make_plain()
+    port = plain_port_of(node, slope, in_force, verdict)
     before, offset = port.seen(), port.offset
     step_deg = port.step_deg
 
@@ -152,10 +142,11 @@ def test_differential_offset_shifts_the_slope(
     cases=slopes(having("preset")),
     effects=("reads", "writes"),
 )
-def test_preset_sets_the_slope(node: Node, slope: MeasuredSlope, verdict: Verdict) -> None:
+def test_preset_sets_the_slope(
+    node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
+) -> None:
     """A preset makes the slope show it at that instant."""
-    port = port_of(node, slope)
-    port.make_plain()
+    port = plain_port_of(node, slope, in_force, verdict)
     step_deg = port.step_deg
 
     for preset in targets(slope, step_deg):
@@ -176,11 +167,10 @@ def test_preset_sets_the_slope(node: Node, slope: MeasuredSlope, verdict: Verdic
     effects=("reads", "writes"),
 )
 def test_preset_with_a_differential_offset(
-    node: Node, slope: MeasuredSlope, verdict: Verdict
+    node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
 ) -> None:
     """A preset takes a differential offset into account as documented."""
-    port = port_of(node, slope)
-    port.make_plain()
+    port = plain_port_of(node, slope, in_force, verdict)
     step_deg = port.step_deg
     shift = _shift(slope, port.seen().value, step_deg)
     port.shift(shift)
@@ -205,10 +195,11 @@ def test_preset_with_a_differential_offset(
     cases=slopes(having("preset", "offset")),
     effects=("reads", "writes"),
 )
-def test_offset_is_preset_less_measured(node: Node, slope: MeasuredSlope, verdict: Verdict) -> None:
+def test_offset_is_preset_less_measured(
+    node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
+) -> None:
     """After a preset the offset is the preset less the measured angle, as documented."""
-    port = port_of(node, slope)
-    port.make_plain()
+    port = plain_port_of(node, slope, in_force, verdict)
     step_deg = port.step_deg
     before = port.seen()
     measured = before.value - port.offset
@@ -240,10 +231,11 @@ def test_offset_is_preset_less_measured(node: Node, slope: MeasuredSlope, verdic
     cases=slopes(having("preset")),
     effects=("reads", "writes"),
 )
-def test_preset_is_read_back(node: Node, slope: MeasuredSlope, verdict: Verdict) -> None:
+def test_preset_is_read_back(
+    node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
+) -> None:
     """After its download a preset reads as written, or 0, as documented."""
-    port = port_of(node, slope)
-    port.make_plain()
+    port = plain_port_of(node, slope, in_force, verdict)
     preset = targets(slope, port.step_deg)[-1]
 
     confirmed(verdict, f"preset of {preset}", port.write("preset", preset))
@@ -263,11 +255,10 @@ def test_preset_is_read_back(node: Node, slope: MeasuredSlope, verdict: Verdict)
     effects=("reads", "writes"),
 )
 def test_written_offset_shifts_the_slope(
-    node: Node, slope: MeasuredSlope, verdict: Verdict
+    node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
 ) -> None:
     """An offset that is written shifts the slope by its change."""
-    port = port_of(node, slope)
-    port.make_plain()
+    port = plain_port_of(node, slope, in_force, verdict)
     before, offset = port.seen(), port.offset
     step_deg = port.step_deg
     change = _shift(slope, before.value, step_deg)

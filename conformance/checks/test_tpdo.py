@@ -81,14 +81,19 @@ def _sync_types(spec: DeviceSpec) -> Iterable[Case]:
 @requirement(
     "TPDO-01",
     level="shall",
-    cases=("number", tpdos),
+    cases=("number", waiting(tpdos)),
     source=f"{CIA301}, 7.3.2.2.5",
     effects=("reads", "writes"),
 )
-def test_tpdo_is_sent_in_operational_only(node: Node, number: int, verdict: Verdict) -> None:
+def test_tpdo_is_sent_in_operational_only(
+    node: Node, number: int, in_force: InForce, verdict: Verdict
+) -> None:
     """A TPDO is sent in Operational, and neither in Pre-operational nor in Stopped."""
     port, pace = port_of(node, number), paced(node, number)
+    before_ms = port.period_ms
     set_up(node, port, pace.transmission_type, pace.event_ms)
+    port.start()
+    act_on(in_force, port, before_ms, verdict)
     for state in (NmtState.OPERATIONAL, NmtState.STOPPED, NmtState.PRE_OPERATIONAL):
         node.nmt(ENTER[state])
         node.link.listen(pace.period_ms / 1000, port.matches)

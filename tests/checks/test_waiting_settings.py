@@ -50,6 +50,26 @@ def test_a_device_whose_settings_wait_conforms_and_keeps_what_it_had(
 
 
 @pytest.mark.parametrize(
+    ("change", "select"),
+    [
+        ("0x1800/subs/5/default=0", "TPDO-01 or TPDO-02 or TPDO-03 or SYNC-02"),
+        ("0x1800/subs/2/default=1", "TPDO-01 or TPDO-02 or TPDO-03 or SYNC-02"),
+        ("0x6011/default=3", "DEV"),
+        ("0x6011/default=0", "DEV-16 or DEV-17 or DEV-20"),
+    ],
+)
+def test_a_device_that_has_other_settings_in_force_conforms(
+    change: str, select: str, judge: Callable[..., Any]
+) -> None:
+    finished = judge(
+        *(*WAITING[DST], "--fault", f"objects/{change}", "--select", select), device=DST
+    )
+
+    assert finished.code == 0
+    assert finished.items("inconclusive") == []
+
+
+@pytest.mark.parametrize(
     ("device", "fault", "requirement"),
     [
         (DST, "tpdo-timer-slow-10-percent", "TPDO-02"),
@@ -145,4 +165,5 @@ def test_what_may_store_says_so_for_each_item() -> None:
 
     assert at_need["siko_ims360"] == set()
     assert at_need[GIM] == {"DEV-16", "DEV-17"}
-    assert {"DEV-08", "DEV-20", "SYNC-02", "TPDO-02", "TPDO-08"} < at_need[DST]
+    assert {"DEV-01", "DEV-08", "DEV-20", "SYNC-02", "TPDO-02", "TPDO-08"} < at_need[DST]
+    assert "DEV-02" not in at_need[DST], "it changes no setting"
