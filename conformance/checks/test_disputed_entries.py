@@ -5,7 +5,7 @@ CiA 301 v4.2.0, 7.2.4.3.17 (abort codes), 7.4 (object dictionary).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 
 from conformance.bench.node import Node
 from conformance.bench.sdo import Transfer
@@ -14,7 +14,7 @@ from conformance.checks import cases
 from conformance.checks.steps import make_writable, own_value, require_writable
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, Cases, requirement
-from conformance.spec.model import DeviceSpec, Entry, is_legal
+from conformance.spec.model import Alternative, DeviceSpec, Entry, is_legal
 from conformance.verdict import Verdict
 from conformance.wire.abort import AbortCode, describe
 
@@ -116,20 +116,34 @@ def test_entry_of_disputed_access_is_written_or_refused(
 
 def _value_cases(spec: DeviceSpec) -> Iterable[Case]:
     """Values of settings alone: what others count on, or what moves the node, has its own rules."""
-    heartbeat = spec.services.heartbeat_producer
     for entry in spec.entries.values():
         plain = any(cases.limited(it, spec) for it in entry.readings) and all(
             cases.writable(it, spec) and it.limits_by is None and it.reads == "written"
             for it in entry.readings
         )
-        of_service = (
-            cases.is_pdo_object(entry, spec)
-            or is_cob_id(entry, spec)
-            or cases.moves_the_node(entry, spec)
-            or (heartbeat is not None and entry.index == heartbeat.object)
-        )
-        if plain and not of_service and _disputed_values(entry):
+        left = _is_of_service(entry, spec) or cases.moves_the_node(entry, spec)
+        if plain and not left and _disputed_values(entry):
             yield Case(entry.address, entry, entry.source, cases.reach(entry, spec))
+
+
+def _is_of_service(entry: Entry, spec: DeviceSpec) -> bool:
+    heartbeat = spec.services.heartbeat_producer
+    return (
+        cases.is_pdo_object(entry, spec)
+        or is_cob_id(entry, spec)
+        or (heartbeat is not None and entry.index == heartbeat.object)
+    )
+
+
+def _parameter_cases(spec: DeviceSpec) -> Iterable[Case]:
+    """Return the parameters of heartbeat and TPDOs of which some values are disputed."""
+    for entry in spec.entries.values():
+        ranged = all(
+            cases.limited(it, spec) and it.writable and it.limits_by is None
+            for it in entry.readings
+        )
+        if ranged and _is_of_service(entry, spec) and _disputed_values(entry):
+            yield Case(entry.address, entry, entry.source_of("ranges"))
 
 
 def _disputed_values(entry: Entry) -> list[int]:
@@ -142,13 +156,41 @@ def _disputed_values(entry: Entry) -> list[int]:
         for value in near
         if low <= value <= high
         and value not in entry.leaves_canopen
-        and len({is_legal(value, it.legal) for it in entry.readings}) > 1
+        and _is_disputed(value, entry.readings)
     )
+
+
+def _judge_as_one_reading(verdict: Verdict, entry: Entry, taken: Mapping[int, bool]) -> None:
+    """Judge that in each matter of dispute one reading has what was taken and refused; note which."""
+    matters: dict[str, list[Alternative]] = {}
+    for other in entry.alternatives:
+        matters.setdefault(other.ambiguity, []).append(other)
+    for matter, others in matters.items():
+        beside = [entry, *(it.entry for it in entry.alternatives if it.ambiguity != matter)]
+        values = [it for it in taken if not _is_disputed(it, beside)]
+        fitting = [it for it in others if _fits(it.entry, values, taken)]
+        as_judged = _fits(entry, values, taken)
+        verdict.holds(
+            f"values of {entry.address} taken, of {', '.join(map(str, values))}",
+            expected="those of one reading",
+            actual=", ".join(str(it) for it in values if taken[it]) or "none",
+            ok=as_judged or bool(fitting),
+        )
+        if fitting and not as_judged:
+            verdict.follows(matter, fitting[0].reading)
+
+
+def _is_disputed(value: int, readings: Iterable[Entry]) -> bool:
+    return len({is_legal(value, it.legal) for it in readings}) > 1
+
+
+def _fits(reading: Entry, values: Iterable[int], taken: Mapping[int, bool]) -> bool:
+    return all(is_legal(it, reading.legal) == taken[it] for it in values)
 
 
 @requirement("OD-22", level="manual", cases=("entry", _value_cases), effects=("reads", "writes"))
 def test_disputed_value_is_taken_or_refused(node: Node, entry: Entry, verdict: Verdict) -> None:
-    """A value that only some readings allow is taken and read back, or refused as out of range."""
+    """Values in dispute are taken and read back, or refused as out of range, as one reading has it."""
     require_writable(node, entry)
     taken: dict[int, bool] = {}
 
@@ -160,8 +202,21 @@ def test_disputed_value_is_taken_or_refused(node: Node, entry: Entry, verdict: V
         if transfer.confirmed and all(it.readable for it in entry.readings):
             verdict.equal(f"value of {entry.address}", node.number(*entry.key), value)
 
-    _follow(
-        verdict,
-        entry,
-        lambda it: all(is_legal(value, it.legal) == taken[value] for value in taken),
-    )
+    _judge_as_one_reading(verdict, entry, taken)
+
+
+@requirement(
+    "OD-23", level="manual", cases=("entry", _parameter_cases), effects=("reads", "writes")
+)
+def test_disputed_values_of_a_parameter_are_one_readings(
+    node: Node, entry: Entry, verdict: Verdict
+) -> None:
+    """Of the values that only some readings allow, a parameter of a service takes those of one reading."""
+    require_writable(node, entry)
+
+    taken = {
+        value: node.try_download(*entry.key, entry.type.encode(value)).confirmed
+        for value in _disputed_values(entry)
+    }
+
+    _judge_as_one_reading(verdict, entry, taken)

@@ -10,7 +10,7 @@ from conformance.bench.node import Node
 from conformance.bench.provocations import AnyProvocation
 from conformance.checks.emcies import any_errors, told
 from conformance.requirements import CIA301, Case, requirement
-from conformance.spec.model import DeviceSpec, Entry
+from conformance.spec.model import DeviceSpec, Entry, address
 from conformance.verdict import Verdict
 
 HISTORY = f"{CIA301}, 7.5.2.4"
@@ -67,12 +67,21 @@ def _held(emcy: EmcyPort) -> str:
     return f"{count}, the latest {codes}" if count else "none"
 
 
+def _places(spec: DeviceSpec) -> list[Entry]:
+    """Return the places of the history that by every reading are read-only."""
+    latest = _latest(spec)
+    return [
+        place
+        for place in (spec.subs(latest.index)[1:] if latest is not None else ())
+        if not place.optional and all(it.access in ("ro", "const") for it in place.readings)
+    ]
+
+
 def _read_only(spec: DeviceSpec) -> Iterable[Case]:
-    """Return the first error, where by every reading the place that it gets is read-only."""
-    entry = _latest(spec)
-    if entry is not None and all(it.access in ("ro", "const") for it in entry.readings):
-        for case in tuple(any_errors(spec))[:1]:
-            yield replace(case, label=entry.address, section=entry.source_of("access"))
+    """Return the first error, where places of errors are read-only."""
+    places = _places(spec)
+    for case in tuple(any_errors(spec))[:1] if places else ():
+        yield replace(case, label=address(places[0].index), section=places[0].source_of("access"))
 
 
 @requirement(
@@ -85,19 +94,19 @@ def _read_only(spec: DeviceSpec) -> Iterable[Case]:
 def test_history_is_not_written(
     node: Node, spec: DeviceSpec, emcy: EmcyPort, error: AnyProvocation, verdict: Verdict
 ) -> None:
-    """The place of an error in the history has the documented length and refuses a download."""
-    entry = _latest(spec)
-    if entry is None or told(spec, emcy, error, verdict) is None:
+    """Each place of an error in the history has the documented length and refuses a download."""
+    if told(spec, emcy, error, verdict) is None:
         return
-    place = node.sdo.upload(*entry.key)
-    data = node.upload(*entry.key)
 
-    written = node.try_download(*entry.key, data)
-
-    verdict.equal(f"octets of {entry.address}", len(place.data or b""), entry.type.size or 0)
-    verdict.holds(
-        f"download of its own value to {entry.address}",
-        expected="an abort",
-        actual=str(written),
-        ok=written.refused,
-    )
+    for place in _places(spec):
+        held = node.sdo.upload(*place.key)
+        size = place.type.size or 0
+        written = node.write(*place.key, held.data or bytes(size))
+        if held.data is not None:
+            verdict.equal(f"octets of {place.address}", len(held.data), size)
+        verdict.holds(
+            f"download of its own value to {place.address}",
+            expected="an abort",
+            actual=str(written),
+            ok=written.refused,
+        )
