@@ -22,8 +22,9 @@ class Defect:
         faults: What `--fault` takes, one or more.
         attribute: What kind of figure differs: ``default``, ``access``, ….
         key: The entry that differs; None for a service, a behaviour or a fault file.
+        related: Indices of objects that a behaviour ties to the entry.
         area: The service or behaviour it belongs to, or ``objects``.
-        seen_by: Requirements, or beginnings of their ids, one of which must fail on it.
+        seen_by: Requirements, or beginnings of their ids, one of which must fail on it; any, where empty.
     """
 
     id: str
@@ -32,6 +33,7 @@ class Defect:
     attribute: str
     area: str
     key: Key | None = None
+    related: tuple[int, ...] = ()
     seen_by: tuple[str, ...] = ()
 
 

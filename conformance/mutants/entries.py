@@ -7,7 +7,9 @@ from dataclasses import replace
 from typing import Any, get_args
 
 from conformance.mutants.defect import Defect, change, path, without
+from conformance.spec.behaviours import named_objects
 from conformance.spec.document import Access, EntryDoc, Follows, ObjectDoc, RecordDoc
+from conformance.spec.fields import key_of
 from conformance.spec.load import SpecFile
 from conformance.spec.model import DeviceSpec, Entry, Range, StateName
 from conformance.wire.datatypes import DataType
@@ -30,14 +32,14 @@ OTHER_SOURCES: dict[Follows, Follows] = {
 
 SEEN_BY = {
     "missing": ("OD-", "EMCY-"),
-    "default": ("OD-", "RST-", "NID-", "STO-", "EMCY-"),
+    "default": ("OD-", "RST-", "NID-", "STO-", "EMCY-", "TPDO-"),
     "type": ("OD-", "EMCY-", "STO-", "RST-"),
-    "access": ("OD-", "EMCY-", "STO-", "RST-"),
+    "access": ("OD-", "EMCY-", "STO-", "RST-", "DEV-"),
     "ranges": ("OD-",),
     "values": ("OD-",),
     "limits_by": ("OD-", "DEV-"),
     "mappable": ("TPDO-",),
-    "persistent": ("STO-",),
+    "persistent": ("STO-", "BOOT-", "NID-", "BIT-"),
     "reserved": ("OD-",),
     "octets": ("OD-",),
     "writable_in": ("OD-",),
@@ -66,7 +68,7 @@ def entry_defects(file: SpecFile, spec: DeviceSpec) -> Iterator[Defect]:
     for entry in spec.entries.values():
         doc = file.document.objects.get(entry.index)
         if doc is not None and not entry.optional:
-            yield from _Entry(entry, doc).defects()
+            yield from _Entry(entry, doc, _related(spec, entry.index)).defects()
     for index in spec.indices():
         yield from _extra_sub(spec, index)
 
@@ -77,10 +79,12 @@ class _Entry:
     Args:
         entry: The entry.
         doc: Its object in the file.
+        related: Indices that a behaviour ties to it.
     """
 
-    def __init__(self, entry: Entry, doc: ObjectDoc) -> None:
+    def __init__(self, entry: Entry, doc: ObjectDoc, related: tuple[int, ...]) -> None:
         self._entry = entry
+        self._related = related
         self._place = path(
             "objects", entry.index, *(("subs", entry.sub) if entry.in_record else ())
         )
@@ -97,6 +101,7 @@ class _Entry:
             attribute=attribute,
             area="objects",
             key=self._entry.key,
+            related=self._related,
             seen_by=SEEN_BY[attribute],
         )
 
@@ -265,6 +270,14 @@ class _Entry:
             )
         if self._doc.affects:
             yield self._made("affects", [], "", "changes nothing")
+
+
+def _related(spec: DeviceSpec, index: int) -> tuple[int, ...]:
+    indices: dict[int, None] = {}
+    for behaviour in spec.behaviours.values():
+        named = [key_of(it)[0] for _, it in named_objects(behaviour)]
+        indices |= dict.fromkeys(named if index in named else ())
+    return tuple(indices)
 
 
 def _extra_sub(spec: DeviceSpec, index: int) -> Iterator[Defect]:

@@ -40,10 +40,10 @@ TPDO_FIGURES = (2, 5)
 SEEN_BY = {
     "nmt": ("NMT-", "BOOT-"),
     "sdo_server": ("SDO-",),
-    "heartbeat_producer": ("HB-", "OD-11", "OD-13"),
+    "heartbeat_producer": ("HB-", "OD-"),
     "sync_consumer": ("SYNC-", "TPDO-"),
     "emcy_producer": ("EMCY-", "DEV-03"),
-    "tpdo": ("TPDO-", "SYNC-"),
+    "tpdo": ("TPDO-", "SYNC-", "OD-", "DEV-26"),
     "store": ("STO-",),
     "restore": ("RST-",),
     "node_id": ("NID-",),

@@ -60,9 +60,11 @@ def row(outcome: Outcome, why: str) -> Row:
 def names(defect: Defect, item: str) -> bool:
     """Tell whether an item's id names a defect's own object and requirement."""
     _, requirement, label = f"{item}/".split("/", 2)
-    if not requirement.startswith(defect.seen_by):
+    if defect.seen_by and not requirement.startswith(defect.seen_by):
         return False
-    return defect.key is None or f"{defect.key[0]:04X}h" in label
+    if defect.key is None:
+        return True
+    return any(f"{index:04X}h" in label for index in (defect.key[0], *defect.related))
 
 
 @dataclass(frozen=True, slots=True)
