@@ -6,8 +6,8 @@ from conformance.mutants.defect import Defect
 from conformance.mutants.matrix import Matrix, names, row
 from conformance.mutants.trial import Outcome
 
-OWN = Defect("1017h/default=10", "", (), "default", "objects", (0x1017, 0), ("OD-",))
-FILE = Defect("heartbeat-slow", "", (), "fault file", "faults", None, ("HB-01", "HB-07"))
+OWN = Defect("1017h/default=10", "", (), "default", "objects", (0x1017, 0), seen_by=("OD-",))
+FILE = Defect("heartbeat-slow", "", (), "fault file", "faults", seen_by=("HB-01", "HB-07"))
 
 
 def test_an_item_names_the_defect_by_requirement_and_object() -> None:
