@@ -183,7 +183,7 @@ def test_burst_leaves_the_node_as_it_was(
         "SDO after the burst",
         expected="an answer",
         actual=str(transfer),
-        ok=transfer.confirmed,
+        ok=transfer.answered,
     )
 
 
