@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
 from conformance.checks import cases, kept, storable
 from conformance.checks.cases import entries
 from conformance.checks.moved import tried
 from conformance.checks.steps import agree, each_limit, own_value, require_writable
+from conformance.checks.waiting import conditional, require_writable_now
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, Entry
@@ -104,14 +106,14 @@ def _show(entry: Entry, value: Value | None) -> str:
 @requirement(
     "OD-11",
     level="manual",
-    cases=entries(cases.limited, "ranges"),
+    cases=conditional(entries(cases.limited, "ranges")),
     effects=("reads", "writes"),
 )
 def test_both_ends_of_each_range_are_accepted(
-    node: Node, bench: Bench, entry: Entry, verdict: Verdict
+    node: Node, bench: Bench, entry: Entry, in_force: InForce, verdict: Verdict
 ) -> None:
     """Both ends of each documented range, and each value of an enumeration, are accepted."""
-    require_writable(node, entry)
+    require_writable_now(node, entry, in_force, verdict)
     moves = cases.moves_the_node(entry, node.spec)
 
     for when, limit in each_limit(node, entry):
@@ -140,13 +142,15 @@ def _read_back(entry: Entry, spec: DeviceSpec) -> bool:
 @requirement(
     "OD-12",
     level="shall",
-    cases=entries(_read_back, "ranges"),
+    cases=conditional(entries(_read_back, "ranges")),
     source=f"{CIA301}, 7.2.4.3.3",
     effects=("reads", "writes"),
 )
-def test_accepted_value_is_read_back(node: Node, entry: Entry, verdict: Verdict) -> None:
+def test_accepted_value_is_read_back(
+    node: Node, entry: Entry, in_force: InForce, verdict: Verdict
+) -> None:
     """A value whose download was confirmed is what the next upload returns."""
-    require_writable(node, entry)
+    require_writable_now(node, entry, in_force, verdict)
 
     for when, limit in each_limit(node, entry):
         for value in cases.legal_values(limit):

@@ -8,7 +8,6 @@ from functools import partial
 
 from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
-from conformance.bench.settings import unmet_conditions
 from conformance.bench.slope import Seen
 from conformance.bench.stimulus import Stimulus
 from conformance.checks import cases
@@ -26,8 +25,7 @@ from conformance.checks.slopes import (
     targets,
     within_a_turn,
 )
-from conformance.checks.steps import require_writable
-from conformance.checks.waiting import at_need, put_in_force
+from conformance.checks.waiting import at_need, require_writable_now
 from conformance.requirements import Case, requirement
 from conformance.spec.fields import key_of
 from conformance.spec.model import DeviceSpec, Entry
@@ -72,7 +70,7 @@ def test_slope_counts_in_the_resolution(
 ) -> None:
     """With each documented resolution the slope and its offsets count in its unit, at the same tilt."""
     port = plain_port_of(node, new.slope, in_force, verdict)
-    _make_writable(node, new.entry, in_force, verdict)
+    require_writable_now(node, new.entry, in_force, verdict)
     before_deg = port.step_deg
     most_deg = new.slope.entry.type.maximum * TYPE_SHARE * _unit_deg(new, before_deg, node)
     port.tilt(stimulus, min(new.slope.at(TILT_SHARE), most_deg))
@@ -97,13 +95,6 @@ def test_slope_counts_in_the_resolution(
         (margin_of(before) * before_deg) + (margin_of(after) * after_deg),
         unit="deg",
     )
-
-
-def _make_writable(node: Node, entry: Entry, in_force: InForce, verdict: Verdict) -> None:
-    """Meet the conditions of a new resolution, stored first where that may be needed."""
-    unmet = [other for other, _ in unmet_conditions(node, entry)]
-    require_writable(node, entry)
-    put_in_force(in_force, verdict, unmet, lambda: None)
 
 
 def _unit_deg(new: NewResolution, before_deg: float, node: Node) -> float:
@@ -136,7 +127,7 @@ def test_new_resolution_and_the_offsets(
 ) -> None:
     """A new resolution deletes, keeps or converts the offsets as documented."""
     port = plain_port_of(node, new.slope, in_force, verdict)
-    _make_writable(node, new.entry, in_force, verdict)
+    require_writable_now(node, new.entry, in_force, verdict)
     port.tilt(stimulus, new.slope.at(TILT_SHARE))
     before_deg = port.step_deg
     wanted = targets(new.slope, before_deg)

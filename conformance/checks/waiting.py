@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 from conformance.bench.in_force import InForce, may_wait
+from conformance.bench.node import Node
+from conformance.bench.settings import unmet_conditions
+from conformance.checks.steps import require_writable
 from conformance.effects import IN_FORCE, Effect
 from conformance.errors import SetupRefused
-from conformance.spec.model import Entry
+from conformance.requirements import Case, Cases
+from conformance.spec.model import DeviceSpec, Entry
 from conformance.verdict import Verdict
 
 
@@ -58,6 +63,25 @@ def put_in_force(
             f"{names} shows no effect after a store and a reset; the bench cannot switch the supply"
         )
     return not still
+
+
+def conditional(entries: tuple[str, Cases]) -> tuple[str, Cases]:
+    """Return the same cases; those of entries whose conditions may have to be stored first say so."""
+    argument, generate = entries
+
+    def generated(spec: DeviceSpec) -> Iterable[Case]:
+        for case in generate(spec):
+            conditions = (spec.entries.get(it.key) for it in case.subject.writable_while)
+            yield replace(case, at_need=at_need(*conditions))
+
+    return argument, generated
+
+
+def require_writable_now(node: Node, entry: Entry, in_force: InForce, verdict: Verdict) -> None:
+    """Make sure that an entry takes a value, its conditions stored first where they may have to be."""
+    unmet = [other for other, _ in unmet_conditions(node, entry)]
+    require_writable(node, entry)
+    put_in_force(in_force, verdict, unmet, lambda: None)
 
 
 def follow(verdict: Verdict, entry: Entry) -> None:

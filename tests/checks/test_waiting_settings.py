@@ -55,7 +55,7 @@ def test_a_device_whose_settings_wait_conforms_and_keeps_what_it_had(
         ("0x1800/subs/5/default=0", "TPDO-01 or TPDO-02 or TPDO-03 or SYNC-02"),
         ("0x1800/subs/2/default=1", "TPDO-01 or TPDO-02 or TPDO-03 or SYNC-02"),
         ("0x6011/default=3", "DEV"),
-        ("0x6011/default=0", "DEV-16 or DEV-17 or DEV-20"),
+        ("0x6011/default=0", "DEV-16 or DEV-17 or DEV-20 or (OD-1 and 6000h)"),
     ],
 )
 def test_a_device_that_has_other_settings_in_force_conforms(
@@ -165,5 +165,5 @@ def test_what_may_store_says_so_for_each_item() -> None:
 
     assert at_need["siko_ims360"] == set()
     assert at_need[GIM] == {"DEV-16", "DEV-17"}
-    assert {"DEV-01", "DEV-08", "DEV-20", "SYNC-02", "TPDO-02", "TPDO-08"} < at_need[DST]
+    assert {"OD-11", "DEV-01", "DEV-08", "DEV-20", "SYNC-02", "TPDO-02", "TPDO-08"} < at_need[DST]
     assert "DEV-02" not in at_need[DST], "it changes no setting"
