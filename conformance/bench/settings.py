@@ -16,6 +16,7 @@ from conformance.spec.model import DeviceSpec, Entry, Key, address
 
 _PASSES = 5
 _NOT_VALID = 1 << 31
+_COB_ID_OCTETS = 4
 Values = dict[Key, bytes]
 
 
@@ -236,4 +237,6 @@ def tpdo_number(tpdo: Tpdo, index: int) -> int | None:
 
 
 def _disabled(data: bytes) -> bytes:
-    return (int.from_bytes(data, "little") | _NOT_VALID).to_bytes(len(data), "little")
+    if len(data) != _COB_ID_OCTETS:
+        raise SetupRefused(f"the COB-ID of a TPDO has {len(data)} octets, see OD-03")
+    return (int.from_bytes(data, "little") | _NOT_VALID).to_bytes(_COB_ID_OCTETS, "little")

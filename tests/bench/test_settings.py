@@ -13,7 +13,7 @@ from conformance.bench.node import Node
 from conformance.bench.observations import Observations
 from conformance.bench.second_values import second_values
 from conformance.bench.session import Bench
-from conformance.bench.settings import Settings
+from conformance.bench.settings import Settings, _disabled
 from conformance.bench.trials import (
     observe_defaults,
     observe_kept,
@@ -194,3 +194,9 @@ def test_an_observation_that_failed_fails_every_item_alike(bench: Bench) -> None
     with pytest.raises(TypeError):
         observations.once("number", int, lambda: 1)
         observations.once("number", str, lambda: "")
+
+
+@pytest.mark.parametrize("data", [b"", b"\x80\x01", bytes(5), bytes(10_000)])
+def test_a_cob_id_of_another_length_is_no_defect_of_the_suite(data: bytes) -> None:
+    with pytest.raises(SetupRefused, match="the COB-ID of a TPDO has"):
+        _disabled(data)
