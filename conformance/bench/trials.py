@@ -55,7 +55,8 @@ class Restored:
         chosen: What the settings held, and had stored, before it.
         before: What they held between its confirmation and the restart.
         after: After the restart.
-        saved: After a store between restore and restart, where the restart alone changed nothing.
+        saved: After a store between restore and restart, where the restart alone changed nothing and by
+            a reading need not.
         lasting: After a store of what was restored and a power cycle.
         told: What the sub-index answers after the restart.
     """
@@ -179,7 +180,7 @@ def observe_restored(node: Node, service: Store, sub: int, *, power: bool) -> Re
         _restart(node, power=power)
         after, saved, lasting, told = settings.read(), None, None, _told(node, service)
         lasting_ones = [key for key in chosen if _is_restored(node, service, sub, key)]
-        if all(after[key] == chosen[key] for key in lasting_ones):
+        if _may_wait_for_a_store(node) and all(after[key] == chosen[key] for key in lasting_ones):
             node.write(service.object, sub, word)
             settings.save()
             _restart(node, power=power)
@@ -226,6 +227,12 @@ def observe_unsaved(node: Node, service: Store, sub: int) -> Unsaved:
         for _ in range(2):
             node.power_cycle()
         return Unsaved(answer, chosen, settings.read())
+
+
+def _may_wait_for_a_store(node: Node) -> bool:
+    """Tell whether by any reading what was restored acts once it is stored."""
+    services = [services.restore for services, _ in node.spec.services_readings]
+    return any(it is not None and it.effective == "after-store-and-reset" for it in services)
 
 
 def _is_restored(node: Node, service: Store, sub: int, key: Key) -> bool:
