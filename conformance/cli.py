@@ -14,6 +14,7 @@ import typer
 from conformance import catalogue as catalogue_of
 from conformance import resources, runner
 from conformance.errors import ConformanceError, SpecError
+from conformance.explore.command import explore
 from conformance.mutants.command import mutants
 from conformance.options import RunOptions
 from conformance.report import catalogue_page
@@ -45,6 +46,7 @@ app = typer.Typer(
 )
 app.add_typer(spec_app, name="spec")
 app.command()(mutants)
+app.command()(explore)
 
 
 @app.command()

@@ -12,6 +12,7 @@ from conformance.simulator.defaults import unstated_values
 from conformance.simulator.dictionary import ObjectDictionary
 from conformance.simulator.faults import Faults
 from conformance.simulator.firmware import Firmware
+from conformance.simulator.lapses import Lapses
 from conformance.simulator.lights import is_lit
 from conformance.simulator.live import World
 from conformance.simulator.memory import NonVolatileMemory
@@ -83,6 +84,7 @@ class SimulatedDevice:
         self._random = random.Random(seed)  # noqa: S311 - repeatable defects, no secrets
         self._agenda = Agenda()
         self._firmware: Firmware | None = None
+        self._lapses = Lapses(self.faults.lapses)
         self._pending_node_id: int | None = None
         self._bus_error: BusError | None = None
         self._outbox: list[Frame] = []
@@ -144,7 +146,9 @@ class SimulatedDevice:
             return []
         for frame in frames:
             if self._firmware is not None:
+                self._lapses.hear(frame, self.node_id)
                 self._firmware.receive(frame)
+                self._lapse()
                 if self.faults.garbage:
                     self._babble()
         if not self._outbox:
@@ -226,8 +230,14 @@ class SimulatedDevice:
             return
         if self.faults.garbage and frame.can_id == cob_id.sdo_response(self.node_id):
             return
+        if self._lapses.loses(frame, self.node_id):
+            return
         self._sent += 1
         self._outbox.append(frame)
+
+    def _lapse(self) -> None:
+        if self._firmware is not None:
+            self._lapses.act(self._firmware.node.dictionary)
 
     def _babble(self) -> None:
         for _ in range(self._random.randint(1, 3)):
@@ -296,6 +306,7 @@ class SimulatedDevice:
             if entry.leaves_canopen and dictionary.number(*key) in entry.leaves_canopen:
                 self._halt()
                 return
+        self._lapse()
         firmware.boot(power_on=power_on)
 
     def _run(self, values: Mapping[Key, Value]) -> Firmware:

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from conformance.simulator.lapse import Lapse
 from conformance.spec.services import LightCondition
 
 Factor: TypeAlias = Annotated[float, Field(gt=0)]
@@ -56,6 +57,10 @@ class Faults(BaseModel):
     )
     dies_after_frames: Annotated[int, Field(ge=0)] | None = Field(
         default=None, description="Sends so many frames after power-on, then none."
+    )
+
+    lapses: list[Lapse] = Field(
+        default=[], description="What it does wrong after some requests in one order."
     )
 
     # NMT and boot-up

@@ -1,0 +1,1 @@
+"""A device beside a model of it, taken through random steps until they differ."""
