@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test check unusual mutants benchmark schema reference samples clean
+.PHONY: demo test check unusual hostile mutants benchmark schema reference samples clean
 
 demo: .venv/installed
 	$(BIN)/canopen-conformance run siko_ims360
@@ -19,6 +19,9 @@ check: .venv/installed-dev
 
 unusual: .venv/installed-dev
 	UNUSUAL_PART=1 UNUSUAL_SHARES=8 $(BIN)/python -m pytest tests/checks/test_unusual_devices.py --numprocesses=auto
+
+hostile: .venv/installed-dev
+	HOSTILE_RUNS=60 HOSTILE_FRAMES=10000000 $(BIN)/python -m pytest tests/hostile --numprocesses=auto
 
 mutants: .venv/installed-dev
 	$(BIN)/canopen-conformance mutants siko_ims360 --variant two-axis
