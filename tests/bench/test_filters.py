@@ -9,7 +9,14 @@ from typing import TypeAlias
 import pytest
 
 from conformance.bench.definition import load_bench
-from conformance.bench.filters import Choice, choices, filters, moments, observe_filters
+from conformance.bench.filters import (
+    Choice,
+    Response,
+    choices,
+    filters,
+    moments,
+    observe_filters,
+)
 from conformance.bench.fusion import observe_fusion
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
@@ -131,3 +138,10 @@ def test_filters_are_tried_without_the_fusion_and_the_fusion_without_filter(
     assert [it[0x6110, 0].half_s < 0.1 for it in fused.responses.values()] == [True, True]
     node.power_cycle()
     assert {key: node.number(*key) for key in settings} == settings
+
+
+def test_a_response_tells_how_long_nobody_looked_before_its_half() -> None:
+    response = Response(0, ((0.0, 0), (0.1, 10), (0.4, 60), (0.5, 100)))
+
+    assert response.half_s == pytest.approx(0.4)
+    assert response.unseen_s == pytest.approx(0.3)
