@@ -23,7 +23,17 @@ GARBAGE_AT = 200_000
 """Objects made and kept before Python looks for garbage among them."""
 
 CHECKS = Path(__file__).parent / "checks"
-UNUSED = ("terminal", "cacheprovider", "logging", "unraisableexception", "threadexception")
+UNUSED = (
+    "terminal",
+    "cacheprovider",
+    "logging",
+    "setuponly",
+    "setupplan",
+    "unittest",
+    "warnings",
+    "unraisableexception",
+    "threadexception",
+)
 """Plug-ins of pytest that a run has no use for and would spend its time on."""
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from functools import lru_cache
 
 from conformance.spec.document import Services, Store
 from conformance.spec.model import DeviceSpec, Key
 
 
-def groups_of(service: Store, indices: set[int]) -> list[int]:
+def groups_of(service: Store, indices: Collection[int]) -> list[int]:
     """Return the fewest sub-indices that together act on all of some indices that any acts on."""
     left = {index for index in indices if any(service.covers(sub, index) for sub in service.groups)}
     chosen: list[int] = []
@@ -21,6 +21,15 @@ def groups_of(service: Store, indices: set[int]) -> list[int]:
         chosen.append(best)
         left -= {index for index in left if service.covers(best, index)}
     return chosen
+
+
+@lru_cache(maxsize=64)
+def store_words(spec: DeviceSpec, indices: frozenset[int]) -> Mapping[Key, int]:
+    """Return the commands, by any reading, that store the settings at some indices."""
+    stores = [it.store for it, _ in spec.services_readings if it.store is not None]
+    return {
+        (store.object, sub): store.word for store in stores for sub in groups_of(store, indices)
+    }
 
 
 @lru_cache(maxsize=8)

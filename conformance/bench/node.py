@@ -8,7 +8,7 @@ from functools import partial
 
 from conformance.bench.channel import SdoChannel
 from conformance.bench.interrupts import uninterrupted
-from conformance.bench.keeping import groups_of, memory_keys
+from conformance.bench.keeping import memory_keys, store_words
 from conformance.bench.link import Link, Stamped
 from conformance.bench.offsets import offset_steps
 from conformance.bench.sdo import SdoPort, Transfer
@@ -142,11 +142,7 @@ class Node:
         Raises:
             SetupRefused: The node refuses.
         """
-        stores = [it.store for it, _ in self.spec.services_readings if it.store is not None]
-        words = {
-            (store.object, sub): store.word for store in stores for sub in groups_of(store, indices)
-        }
-        for (index, sub), word in words.items():
+        for (index, sub), word in store_words(self.spec, frozenset(indices)).items():
             self.download(index, sub, word)
 
     def put_back(self, key: Key, data: bytes) -> None:

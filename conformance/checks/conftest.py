@@ -22,9 +22,9 @@ from conformance.verdict import Verdict
 
 
 @pytest.fixture
-def bench(request: pytest.FixtureRequest) -> Bench:
+def bench(pytestconfig: pytest.Config) -> Bench:
     """The open bench."""
-    bench = request.config.stash.get(BENCH, None)
+    bench = pytestconfig.stash.get(BENCH, None)
     if bench is None:
         pytest.exit("expected --device NAME (see canopen-conformance devices)", returncode=4)
     return bench
