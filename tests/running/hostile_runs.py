@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import forked_command
-from meddling import MISCHIEFS, Meddler
+from meddler import Meddler
+from meddling import MISCHIEFS
 
 from conformance import resources
 from conformance.catalogue import load_checks
