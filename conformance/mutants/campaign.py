@@ -117,13 +117,14 @@ class Campaign:
         every = frozenset(it.id for it in baseline.results.items if it.verdict == "pass")
         tasks: list[Task] = []
         for defect in defects:
-            first = baseline.likely(defect) & every
+            named = baseline.named(defect) & every
+            likely = named | baseline.touching(defect) & every
             if self.whole:
                 rounds: list[Round] = [every]
             elif equivalents.why(defect):
-                rounds = [first]
+                rounds = [likely]
             else:
-                rounds = [first, every - first]
+                rounds = [named, likely - named, every - likely]
             tasks.append((defect, rounds))
         return tasks
 
@@ -135,12 +136,15 @@ class _Baseline:
     results: Results
     touched: Mapping[Key, frozenset[str]]
 
-    def likely(self, defect: Defect) -> Round:
-        """Return the items that are likely to see a defect."""
-        if defect.key is not None:
-            place = f"{defect.key[0]:04X}h"
-            named = (it.id for it in self.results.items if it.object.startswith(place))
-            return frozenset(named) | self.touched.get(defect.key, frozenset())
-        return frozenset(
-            it.id for it in self.results.items if it.requirement.startswith(defect.seen_by)
-        )
+    def named(self, defect: Defect) -> Round:
+        """Return the items that name a defect's object, or its requirements where it has none."""
+        if defect.key is None:
+            return frozenset(
+                it.id for it in self.results.items if it.requirement.startswith(defect.seen_by)
+            )
+        place = f"{defect.key[0]:04X}h"
+        return frozenset(it.id for it in self.results.items if it.object.startswith(place))
+
+    def touching(self, defect: Defect) -> Round:
+        """Return the items that ask for the entry that differs."""
+        return frozenset() if defect.key is None else self.touched.get(defect.key, frozenset())
