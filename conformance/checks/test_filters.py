@@ -135,8 +135,10 @@ def test_response_time_goes_with_the_cut_off(
     seen = _tried(bench, node, stimulus, verdict)
 
     rates = [choice.cut_off_hz or 0.0 for choice in filtered.tried]
-    times = [_response(seen, choice, filtered).half_s for choice in filtered.tried]
+    responses = [_response(seen, choice, filtered) for choice in filtered.tried]
+    times = [response.half_s for response in responses]
 
+    _require_looks(responses, PROPORTION / 2 * min(times))
     for rate, time in zip(rates, times, strict=True):
         verdict.at_most(f"half of a step at {rate:g} Hz", time, 1 / rate, unit="s")
     wanted = rates[-1] / rates[0]
