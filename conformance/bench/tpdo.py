@@ -154,8 +154,8 @@ class TpdoPort:
         if entry is None or not fixed:
             return None
         self.disable()
-        data = self._node.upload(self._mapping, 0)
-        refused = self._node.try_download(self._mapping, 0, data).refused
+        numbers = (self._node.upload(self._mapping, 0), b"\0")
+        refused = all(self._node.try_download(self._mapping, 0, it).refused for it in numbers)
         self.enable()
         return fixed[0] if refused else None
 

@@ -131,6 +131,22 @@ def default_of(bench: Bench, node: Node, verdict: Verdict, entry: Entry) -> byte
     return of_documented_length(entry, data)
 
 
+def that_last(bench: Bench, node: Node, verdict: Verdict, entries: Iterable[Entry]) -> list[Entry]:
+    """Return those of some settings that a store, if there is one, keeps over a reset, see STO-01.
+
+    Raises:
+        SetupRefused: There are some, and none does.
+    """
+    settings = list(entries)
+    if node.spec.services.store is None:
+        return settings
+    seen = kept(bench, node, verdict, save=True, power=False)
+    lasting = [it for it in settings if seen.after.get(it.key) == seen.chosen.get(it.key)]
+    if settings and not lasting:
+        raise SetupRefused("no setting is kept by a store, see STO-01")
+    return lasting
+
+
 # Judgements
 
 

@@ -218,9 +218,9 @@ def require_confirmed(steps: Sequence[Step]) -> None:
 
 
 def other_words(spec: DeviceSpec, number: int, present: list[int]) -> list[int]:
-    """Return a mapping for a TPDO that is not the present one, if there is another."""
+    """Return a mapping of as many objects as can be, not the present one if there is another."""
     every = [[word_of(it) for it in frame] for frame in _full(spec, places_of(spec, number))]
-    return next((words for words in every if words != present), every[0])
+    return max([words for words in every if words != present] or every, key=len)
 
 
 # Judgements

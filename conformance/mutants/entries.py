@@ -106,7 +106,10 @@ class _Entry:
         )
 
     def defects(self) -> Iterator[Defect]:
-        """Return them all."""
+        """Return them all; what is reserved has no figure but that."""
+        if self._entry.reserved:
+            yield self._made("reserved", value=False, short="", what="can be accessed")
+            return
         yield self._made("missing", [], "", "does not exist", "variants")
         yield from self._default()
         yield from self._type()
@@ -121,7 +124,7 @@ class _Entry:
 
     def _default(self) -> Iterator[Defect]:
         entry, own = self._entry, self._entry.default
-        if entry.kind == "live" or entry.reserved:
+        if entry.kind in ("live", "counter"):
             return
         if entry.type is DataType.VISIBLE_STRING and isinstance(own, str):
             yield self._made("default", f"{own}~", f"{own}~", "another default")
@@ -204,8 +207,6 @@ class _Entry:
         if self._entry.persistent is not None and self._entry.kind == "config":
             other = not self._entry.persistent
             yield self._made("persistent", other, "", "is stored" if other else "is not stored")
-        if self._entry.reserved:
-            yield self._made("reserved", value=False, short="", what="can be accessed")
 
     def _octets(self) -> Iterator[Defect]:
         if self._entry.octets is None or not self._entry.writable:
