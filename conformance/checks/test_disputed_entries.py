@@ -10,7 +10,9 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from conformance.bench.node import Node
 from conformance.bench.sdo import Transfer
 from conformance.bench.second_values import is_cob_id
+from conformance.bench.session import Bench
 from conformance.checks import cases
+from conformance.checks.moved import tried
 from conformance.checks.steps import make_writable, own_value, require_writable
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, Cases, requirement
@@ -136,14 +138,16 @@ def _is_of_service(entry: Entry, spec: DeviceSpec) -> bool:
 
 
 def _parameter_cases(spec: DeviceSpec) -> Iterable[Case]:
-    """Return the parameters of heartbeat and TPDOs of which some values are disputed."""
+    """Return the parameters of heartbeat, TPDOs, node-ID and bit rate of which values are disputed."""
     for entry in spec.entries.values():
         ranged = all(
             cases.limited(it, spec) and it.writable and it.limits_by is None
             for it in entry.readings
         )
-        if ranged and _is_of_service(entry, spec) and _disputed_values(entry):
-            yield Case(entry.address, entry, entry.source_of("ranges"))
+        of_service = _is_of_service(entry, spec) or cases.moves_the_node(entry, spec)
+        if ranged and of_service and _disputed_values(entry):
+            section = entry.source_of("ranges")
+            yield Case(entry.address, entry, section, cases.reach(entry, spec))
 
 
 def _disputed_values(entry: Entry) -> list[int]:
@@ -209,14 +213,20 @@ def test_disputed_value_is_taken_or_refused(node: Node, entry: Entry, verdict: V
     "OD-23", level="manual", cases=("entry", _parameter_cases), effects=("reads", "writes")
 )
 def test_disputed_values_of_a_parameter_are_one_readings(
-    node: Node, entry: Entry, verdict: Verdict
+    node: Node, bench: Bench, entry: Entry, verdict: Verdict
 ) -> None:
     """Of the values that only some readings allow, a parameter of a service takes those of one reading."""
     require_writable(node, entry)
+    moves = cases.moves_the_node(entry, node.spec)
+    taken: dict[int, bool] = {}
 
-    taken = {
-        value: node.try_download(*entry.key, entry.type.encode(value)).confirmed
-        for value in _disputed_values(entry)
-    }
+    for value in _disputed_values(entry):
+        if moves:
+            transfer = tried(bench, node, entry, value)
+        else:
+            transfer = node.try_download(*entry.key, entry.type.encode(value))
+        if not transfer.answered:
+            raise SetupRefused(f"{value} may have taken effect before it was confirmed")
+        taken[value] = transfer.confirmed
 
     _judge_as_one_reading(verdict, entry, taken)

@@ -32,13 +32,14 @@ from conformance.checks.slopes import (
     turn_steps,
     upright_port_of,
 )
+from conformance.checks.steps import own_value
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, Cases, requirement
 from conformance.spec.model import Alternative, DeviceSpec, Entry
 from conformance.verdict import Verdict
 from conformance.wire.errors import WireError
 
-COLD_DEGC, WARM_DEGC = -10.0, 0.0
+MOST_DEGC = 20.0
 """Within the range of every sensor, and below 12.7 degC, the most that 8 bits of 0.1 degC show."""
 
 SUPPLIES_V = (18.0, 24.0)
@@ -208,13 +209,15 @@ def test_temperature_follows(
     node: Node, entry: Entry, stimulus: Stimulus, verdict: Verdict
 ) -> None:
     """A temperature changes as that of the device does, in the documented unit."""
-    stimulus.temperature(COLD_DEGC)
-    cold = node.upload(entry.index, entry.sub)
-    stimulus.temperature(WARM_DEGC)
-    warm = node.upload(entry.index, entry.sub)
+    warm_degc = _shown_degc(entry)
+    cold_degc = -warm_degc
+    stimulus.temperature(cold_degc)
+    cold = own_value(node, entry)
+    stimulus.temperature(warm_degc)
+    warm = own_value(node, entry)
 
     changes = [_change(reading, cold, warm) for reading in entry.readings]
-    nominal = WARM_DEGC - COLD_DEGC
+    nominal = warm_degc - cold_degc
     fitting = [
         number
         for number, (change, reading) in enumerate(zip(changes, entry.readings, strict=True))
@@ -222,7 +225,7 @@ def test_temperature_follows(
         and abs(change - nominal) <= TEMPERATURE_K + STEPS * (reading.scale or 0)
     ]
     verdict.holds(
-        f"change of {entry.address} from {COLD_DEGC:g} degC to {WARM_DEGC:g} degC",
+        f"change of {entry.address} from {cold_degc:g} degC to {warm_degc:g} degC",
         expected=f"{nominal:g} degC ± {TEMPERATURE_K:g} degC and {STEPS} steps",
         actual=" or ".join(f"{it:g} degC" for it in changes if it is not None)
         or "of no known type",
@@ -231,6 +234,12 @@ def test_temperature_follows(
     if fitting and fitting[0] > 0:
         alternative = entry.alternatives[fitting[0] - 1]
         verdict.follows(alternative.ambiguity, alternative.reading)
+
+
+def _shown_degc(entry: Entry) -> float:
+    """Return a temperature that every reading can show, also with the other sign."""
+    ends = [it.type.maximum * (it.scale or 1.0) for it in entry.readings if it.type.is_integer]
+    return float(int(min(MOST_DEGC, *ends)))
 
 
 def _change(entry: Entry, before: bytes, after: bytes) -> float | None:

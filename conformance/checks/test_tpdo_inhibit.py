@@ -38,7 +38,7 @@ from conformance.verdict import Verdict
 
 COMMUNICATION = f"{CIA301}, 7.5.2.37"
 EVENT_MS = 20
-APART = 2.5
+APART = 4.5
 """Event times from one TPDO to the next, at least."""
 SEEN = 8
 
