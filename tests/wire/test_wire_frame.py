@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conformance.wire.errors import WireError
-from conformance.wire.frame import Frame, _stuff_bits, bit_length, data_of
+from conformance.wire.frame import Frame, _stuff_bits, bit_length, data_of, priority
 
 # Whole frames as sent, stuff bits included: Nik89/CanOverhead, unit tests of CanFrame11Bit.
 PUBLISHED = [
@@ -165,3 +165,18 @@ def test_data_of_returns_the_data_of_the_expected_length() -> None:
 def test_data_of_refuses_any_other_frame(frame: Frame, message: str) -> None:
     with pytest.raises(WireError, match=message):
         data_of("SYNC", frame, 0, 1)
+
+
+def test_arbitration_is_won_by_the_dominant_bit() -> None:
+    base = 0x123 << 18
+    in_order = [
+        Frame(0x122, b""),
+        Frame(0x123, b""),
+        Frame(0x123, b"", remote=True),
+        Frame(base, b"", extended=True),
+        Frame(base, b"", extended=True, remote=True),
+        Frame(base | 1, b"", extended=True),
+        Frame(0x124, b""),
+    ]
+
+    assert sorted(in_order[::-1], key=priority) == in_order
