@@ -179,4 +179,7 @@ def test_arbitration_is_won_by_the_dominant_bit() -> None:
         Frame(0x124, b""),
     ]
 
-    assert sorted(in_order[::-1], key=priority) == in_order
+    frames = list(reversed(in_order))
+    frames.sort(key=priority)
+
+    assert frames == in_order
