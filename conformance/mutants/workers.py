@@ -74,6 +74,19 @@ def _next(told: Told, workers: Sequence[multiprocessing.process.BaseProcess]) ->
 def _work(options: RunOptions, waiting: Tasks, told: Told, whole: bool) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its processes itself
     run = TrialRun(options)
-    errors = runner.play(run, Trials(run, iter(waiting.get, None), told.put, whole=whole))
+    errors = runner.play(run, Trials(run, _tasks(waiting), told.put, whole=whole))
     if errors or run.results.aborted:
         told.put(run.results.aborted or "\n".join(errors))
+
+
+def _tasks(waiting: Tasks) -> Iterator[Task]:
+    """Return the tasks as long as there are some, and somebody to hear of them."""
+    parent = multiprocessing.parent_process()
+    while parent is None or parent.is_alive():
+        try:
+            task = waiting.get(timeout=PATIENCE_S)
+        except queue.Empty:
+            continue
+        if task is None:
+            return
+        yield task
