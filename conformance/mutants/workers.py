@@ -52,6 +52,8 @@ def outcomes(
     try:
         for _ in tasks:
             yield _next(told, workers)
+        for worker in workers:
+            worker.join()  # what ends by itself prints nothing
     finally:
         for worker in workers:
             worker.terminate()

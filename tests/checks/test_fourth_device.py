@@ -36,7 +36,7 @@ DEFECTS = {
         ),
         ("0x6501: {name: Single", "0x6503: {name: Single", {"OD-01/6501h"}),
         ("kind: constant, reserved: true", "kind: constant", {"OD-15/2010h:0C"}),
-        ('"1", mappable: true', '"1", mappable: false', {"TPDO-06/2010h:04"}),
+        ('"1", mappable: true', '"1", mappable: false', {"TPDO-06/2010h:04", "TPDO-33/1A00h"}),
         ("[[1, 100], [255, 255]]\n", "[[1, 2], [255, 255]]\n", {"OD-11/1800h:02"}),
     ],
 }

@@ -23,7 +23,7 @@ def test_defects_are_killed_and_told(
     command: Callable[..., Any], spec: Path, tmp_path: Path
 ) -> None:
     finished = command(
-        *("mutants", spec, "--only", "1017h/", "--processes", "1"),
+        *("mutants", spec, "--only", "1018h", "--processes", "1"),
         *("--report-dir", tmp_path / "m"),
     )
     matrix = json.loads((tmp_path / "m" / "mutants.json").read_text("utf-8"))
@@ -32,7 +32,7 @@ def test_defects_are_killed_and_told(
     assert finished.code == 0, finished.out + finished.err
     assert matrix["summary"]["killed"] == matrix["summary"]["defects"] > 3
     assert matrix["summary"]["first_right"] == matrix["summary"]["killed"]
-    assert "1017h/missing" in page
+    assert "1018h:01/missing" in page
     assert f"{matrix['summary']['defects']} defects" in finished.out
 
 
