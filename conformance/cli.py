@@ -6,7 +6,6 @@ import gc
 import json
 import sys
 import traceback
-from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
@@ -22,7 +21,17 @@ from conformance.report.console import console
 from conformance.run import Run
 from conformance.spec.load import load_spec
 from conformance.spec.statements import load_statements
-from conformance.spec_commands import Device, NodeIdOption, VariantOption, spec_app
+from conformance.spec_commands import (
+    BenchOption,
+    Device,
+    FaultOption,
+    NodeIdOption,
+    ReadingOption,
+    ReportDirOption,
+    SimulateSpecOption,
+    VariantOption,
+    spec_app,
+)
 
 BENCH_FAILED = 2
 WRONG_USAGE = 3
@@ -70,9 +79,7 @@ def devices() -> None:
 @app.command()
 def run(
     device: Device,
-    bench: Annotated[str, typer.Option(help="Built-in bench or path of a bench file.")] = (
-        "simulator"
-    ),
+    bench: BenchOption = "simulator",
     variant: VariantOption = None,
     node_id: NodeIdOption = None,
     serial: Annotated[str, typer.Option(help="Serial number for the record.")] = "",
@@ -85,19 +92,10 @@ def run(
     repro: Annotated[
         str, typer.Option(help="Only the item with this id, and its frames as cansend lines.")
     ] = "",
-    report_dir: Annotated[
-        Path | None, typer.Option(help="Where the record goes; reports/runs/… by default.")
-    ] = None,
-    simulate_spec: Annotated[
-        str | None, typer.Option(help="Build the simulated device from this spec instead.")
-    ] = None,
-    fault: Annotated[
-        list[str] | None, typer.Option(help="Give the simulated device this defect (repeatable).")
-    ] = None,
-    reading: Annotated[
-        list[str] | None,
-        typer.Option(help="ID=N: reading the simulated device follows (repeatable)."),
-    ] = None,
+    report_dir: ReportDirOption = None,
+    simulate_spec: SimulateSpecOption = None,
+    fault: FaultOption = None,
+    reading: ReadingOption = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Deviations from a 'should' count as well.")
     ] = False,

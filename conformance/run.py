@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import platform
 import time
 from collections.abc import Callable, Collection
@@ -22,6 +21,7 @@ from conformance.errors import BenchError, ConformanceError, NodeTimeout
 from conformance.options import RunOptions, refusal, selection, simulation
 from conformance.report import repro
 from conformance.report.eds_word import EdsWord
+from conformance.report.folder import make_folder
 from conformance.report.junit import explain, write_junit
 from conformance.report.results import Item, Results
 from conformance.report.scanned import Scanned
@@ -131,26 +131,14 @@ class Run:
         return self.directory is not None
 
     def _make_directory(self) -> Path:
-        """Make the folder for the record: the one asked for, or a new one named by the time."""
-        if self.options.report_dir is not None:
-            folder = self.options.report_dir
-            folders = iter((folder,))
-        else:
-            stamp = datetime.now().strftime("%Y%m%d-%H%M%S")  # noqa: DTZ005 - for people, local
-            parts = [stamp, self.spec.name, self.spec.variant, _file_name(self.options.serial)]
-            folder = Path("reports", "runs", "-".join(part for part in parts if part))
-            more = (folder.with_name(f"{folder.name}-{n}") for n in itertools.count(2))
-            folders = itertools.chain((folder,), more)
-        for folder in folders:
-            try:
-                folder.mkdir(parents=True, exist_ok=self.options.report_dir is not None)
-                (folder / "junit.xml").unlink(missing_ok=True)
-            except FileExistsError:
-                continue
-            except OSError as error:
-                raise BenchError(f"cannot make {folder}: {error.strerror}") from error
-            return folder
-        raise BenchError(f"cannot make {folder}: there is a file of that name")
+        """Make the folder for the record, without what an earlier one left for other programs."""
+        name = (self.spec.name, self.spec.variant, _file_name(self.options.serial))
+        folder = make_folder(self.options.report_dir, *name)
+        try:
+            (folder / "junit.xml").unlink(missing_ok=True)
+        except OSError as error:
+            raise BenchError(f"cannot make {folder}: {error.strerror}") from error
+        return folder
 
     def _identity(self, bench: Bench) -> dict[str, Any]:
         """Read what the node says it is; texts from it are data, never trusted."""

@@ -30,6 +30,20 @@ from conformance.spec.statements import (
 Device = Annotated[str, typer.Argument(help="Built-in name (see `devices`) or path of a spec.")]
 VariantOption = Annotated[str | None, typer.Option(help="Variant; the spec's first by default.")]
 NodeIdOption = Annotated[int | None, typer.Option(help="Node-ID, 1 to 127; the factory's default.")]
+BenchOption = Annotated[str, typer.Option(help="Built-in bench or path of a bench file.")]
+SimulateSpecOption = Annotated[
+    str | None, typer.Option(help="Build the simulated device from this spec instead.")
+]
+FaultOption = Annotated[
+    list[str] | None, typer.Option(help="Give the simulated device this defect (repeatable).")
+]
+ReadingOption = Annotated[
+    list[str] | None,
+    typer.Option(help="ID=N: reading the simulated device follows (repeatable)."),
+]
+ReportDirOption = Annotated[
+    Path | None, typer.Option(help="Where the record goes; reports/runs/… by default.")
+]
 EdsFile = Annotated[Path, typer.Argument(help="EDS or DCF file.")]
 OutputOption = Annotated[
     Path | None, typer.Option(help="A new file to write to; standard output by default.")

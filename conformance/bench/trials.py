@@ -114,17 +114,24 @@ def observe_kept(node: Node, *, save: bool, power: bool) -> Kept:
         return Kept(settings.found, chosen, settings.read(), _told(node, node.spec.services.store))
 
 
-def observe_late(node: Node, key: Key, value: int) -> Values:
-    """Store a value that may act only afterwards, restart the node, and see what the settings hold."""
+@contextmanager
+def stored_value(node: Node, key: Key, value: int) -> Iterator[Settings]:
+    """Store one value that may act only afterwards; at the end the node has stored what it had before."""
     settings = Settings(node)
     try:
         settings.begin()
         node.download(*key, value)
         settings.save()
-        node.reset()
-        return settings.read()
+        yield settings
     finally:
         settings.put_back()
+
+
+def observe_late(node: Node, key: Key, value: int) -> Values:
+    """Store a value that may act only afterwards, restart the node, and see what the settings hold."""
+    with stored_value(node, key, value) as settings:
+        node.reset()
+        return settings.read()
 
 
 def _told(node: Node, service: Store | None) -> dict[Key, Transfer]:
@@ -196,11 +203,7 @@ def observe_late_restored(node: Node, service: Store, sub: int, key: Key, value:
     """Restore a group with a value stored that may act only afterwards, and see when its default is back."""
     word = service.word.to_bytes(4, "little")
     chosen = {key: node.spec.entries[key].type.encode(value)}
-    settings = Settings(node)
-    try:
-        settings.begin()
-        node.download(*key, value)
-        settings.save()
+    with stored_value(node, key, value) as settings:
         answer = node.write(service.object, sub, word)
         before = settings.read()
         if not answer.confirmed:
@@ -213,8 +216,6 @@ def observe_late_restored(node: Node, service: Store, sub: int, key: Key, value:
             node.reset()
             saved = settings.read()
         return Restored(answer, chosen, before, after, saved)
-    finally:
-        settings.put_back()
 
 
 def observe_unsaved(node: Node, service: Store, sub: int) -> Unsaved:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from conformance.effects import Effect
@@ -204,6 +204,19 @@ def illegal_values(entry: Entry, limit: Limits) -> list[int]:
 def has_illegal_values(entry: Entry, spec: DeviceSpec) -> bool:
     """Pick what has a range narrower than its type."""
     return limited(entry, spec) and any(illegal_values(entry, limit) for limit in limits(entry))
+
+
+def accelerations(spec: DeviceSpec) -> Iterator[tuple[Entry, Entry, Entry]]:
+    """Return the accelerations along X, Y and Z that belong together."""
+    along = [
+        [
+            entry
+            for entry in spec.entries.values()
+            if entry.follows == f"acceleration-{axis}" and readable(entry, spec)
+        ]
+        for axis in "xyz"
+    ]
+    yield from zip(*along, strict=False)
 
 
 def same_type(entry: Entry) -> bool:

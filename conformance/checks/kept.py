@@ -75,10 +75,7 @@ def wrong_signatures(
 
 def restored(bench: Bench, node: Node, verdict: Verdict, sub: int, *, power: bool) -> Restored:
     """Return what a restore of one group did."""
-    service = node.spec.services.restore
-    if service is None:
-        raise SetupRefused("the manual documents no restore")
-    observe = partial(observe_restored, node, service, sub, power=power)
+    observe = partial(observe_restored, node, storable.restore_of(node.spec), sub, power=power)
     seen = bench.observations.once(f"restore {sub}, power {power}", Restored, observe)
     verdict.shown_in(seen.first, seen.last)
     return seen.outcome
@@ -86,18 +83,13 @@ def restored(bench: Bench, node: Node, verdict: Verdict, sub: int, *, power: boo
 
 def late_restored(node: Node, entry: Entry) -> Restored:
     """Return what became of a setting that may act late when the widest group was restored."""
-    sub, service = storable.widest_restore(node.spec), node.spec.services.restore
-    if service is None:
-        raise SetupRefused("the manual documents no such service")
+    sub, service = storable.widest_restore(node.spec), storable.restore_of(node.spec)
     return observe_late_restored(node, service, sub, entry.key, storable.late_values(entry)[0])
 
 
 def unsaved(bench: Bench, node: Node, verdict: Verdict, sub: int) -> Unsaved:
     """Return what became of a restore of one group that was not stored."""
-    service = node.spec.services.restore
-    if service is None:
-        raise SetupRefused("the manual documents no restore")
-    observe = partial(observe_unsaved, node, service, sub)
+    observe = partial(observe_unsaved, node, storable.restore_of(node.spec), sub)
     seen = bench.observations.once(f"restore {sub}, not stored", Unsaved, observe)
     verdict.shown_in(seen.first, seen.last)
     return seen.outcome

@@ -151,15 +151,24 @@ def answers(entry: Entry) -> list[int]:
 
 
 @lru_cache(maxsize=8)
+def restore_of(spec: DeviceSpec) -> Store:
+    """Return the restore service.
+
+    Raises:
+        SetupRefused: There is none.
+    """
+    if spec.services.restore is None:
+        raise SetupRefused("the manual documents no restore")
+    return spec.services.restore
+
+
 def widest_restore(spec: DeviceSpec) -> int:
     """Return the sub-index of restore that acts on the most objects.
 
     Raises:
         SetupRefused: There is no restore.
     """
-    if spec.services.restore is None:
-        raise SetupRefused("the manual documents no restore")
-    return groups_of(spec.services.restore, {index for index, _ in spec.entries})[0]
+    return groups_of(restore_of(spec), {index for index, _ in spec.entries})[0]
 
 
 @lru_cache(maxsize=64)

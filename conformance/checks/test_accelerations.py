@@ -30,17 +30,9 @@ class Triple:
 
 
 def _without_unit(spec: DeviceSpec) -> Iterable[Case]:
-    along = [
-        [
-            entry
-            for entry in spec.entries.values()
-            if entry.follows == f"acceleration-{axis}" and cases.readable(entry, spec)
-        ]
-        for axis in "xyz"
-    ]
     shown = {entry.follows for entry in spec.entries.values() if cases.readable(entry, spec)}
     axes = tuple(axis for axis in "xy" if f"tilt-{axis}" in shown)
-    for x, y, z in zip(*along, strict=False):
+    for x, y, z in cases.accelerations(spec):
         if x.unit is None:
             yield Case(x.address, Triple((x, y, z), axes), x.source)
 

@@ -275,15 +275,7 @@ class Accelerations:
 
 
 def _accelerations(spec: DeviceSpec) -> Iterable[Case]:
-    axes = [
-        [
-            entry
-            for entry in spec.entries.values()
-            if entry.follows == f"acceleration-{axis}" and cases.readable(entry, spec)
-        ]
-        for axis in "xyz"
-    ]
-    for x, y, z in zip(*axes, strict=False):
+    for x, y, z in cases.accelerations(spec):
         if x.scale is not None and x.unit in ("g", "mg") and x.scale == y.scale == z.scale:
             yield Case(x.address, Accelerations((x, y, z)), x.source)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -97,15 +97,7 @@ class Campaign:
 
     def _baseline(self, options: RunOptions) -> _Baseline:
         folder = self.folder / BASELINE
-        run = Run(
-            RunOptions(
-                device=options.device,
-                variant=options.variant,
-                seed=options.seed,
-                strict=True,
-                report_dir=folder,
-            )
-        )
+        run = Run(replace(options, report_dir=folder))
         runner.play(run)
         if run.results.exit_code:
             raise BenchError(f"the device as documented does not conform, see {folder}")

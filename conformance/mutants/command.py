@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import json
 import time
-from datetime import datetime
-from pathlib import Path
 from typing import Annotated, Self
 
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from conformance.errors import BenchError
 from conformance.mutants.campaign import Campaign
 from conformance.mutants.matrix import Matrix, Row
 from conformance.report.console import console
+from conformance.report.folder import make_folder
 from conformance.report.mutants_page import to_html
-from conformance.spec_commands import Device, VariantOption
+from conformance.spec_commands import Device, ReportDirOption, VariantOption
 
 SURVIVORS = 1
 SAID_EVERY_S = 10.0
@@ -35,21 +33,11 @@ def mutants(
     processes: Annotated[
         int | None, typer.Option(min=1, help="How many at once; one per core by default.")
     ] = None,
-    report_dir: Annotated[
-        Path | None, typer.Option(help="Where the matrix goes; reports/runs/… by default.")
-    ] = None,
+    report_dir: ReportDirOption = None,
     seed: Annotated[int, typer.Option(help="Seed of the sample and of the device.")] = 0,
 ) -> None:
     """Give the simulated device one defect after the other; exit 1 if one goes unseen."""
-    folder = report_dir or Path(
-        "reports",
-        "runs",
-        f"{datetime.now():%Y%m%d-%H%M%S}-mutants",  # noqa: DTZ005 - for people, local
-    )
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BenchError(f"cannot make {folder}: {error.strerror}") from error
+    folder = make_folder(report_dir, "mutants")
     started = time.monotonic()
     campaign = Campaign(device, folder, variant, only, sample, whole, processes, seed)
     with _Told() as told:

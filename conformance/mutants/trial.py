@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -153,14 +153,7 @@ class Trials:
             aborted = aborted or outcome.aborted
             if outcome.failed:
                 break
-        return Outcome(
-            defect,
-            outcome.failed,
-            left,
-            aborted,
-            outcome.items,
-            time.monotonic() - start,
-        )
+        return replace(outcome, open=left, aborted=aborted, seconds=time.monotonic() - start)
 
     def _round(self, session: pytest.Session, defect: Defect, items: list[pytest.Item]) -> Outcome:
         run, config = self._run, session.config
