@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from conformance.simulator.dictionary import ObjectDictionary
-from conformance.simulator.faults import SdoHabit
+from conformance.simulator.knobs.sdo import SdoHabit
 from conformance.simulator.rejection import SdoAbortError
 from conformance.spec.model import Key
 from conformance.wire import sdo
