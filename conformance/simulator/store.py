@@ -47,7 +47,8 @@ class ParameterStore:
     def _act(self, act: Callable[[Store, int], None], service: Store, sub: int) -> None:
         act(service, sub)
         if self._node.faults.store_keeps_signature:
-            self._memory.keep({(service.object, sub): service.word})
+            kept = {(service.object, sub): service.word}
+            self._settle(service, partial(self._memory.keep, kept))
 
     def _persistent(self) -> Iterator[Key]:
         """Return the settings that are kept without supply."""
@@ -100,9 +101,12 @@ class ParameterStore:
             return
         if service.effective == "at-once":
             self._set_defaults(keys)
-        if service.lasting or faults.restore_lasts or self._services.store is None:
+        after_reset = service.effective == "after-reset"
+        passes = after_reset and faults.restore_lost_at_power_off
+        lasts = service.lasting or faults.restore_lasts or self._services.store is None
+        if lasts and not passes:
             self._settle(service, partial(self._memory.keep, dict.fromkeys(keys)))
-        elif service.effective == "after-reset":
+        elif after_reset:
             self._settle(service, partial(self._memory.defaults_once.update, keys))
 
     def _set_defaults(self, keys: set[Key]) -> None:

@@ -47,8 +47,8 @@ class Tpdo:
         self._inhibited = node.agenda.timer(lambda _due_ns: self._send())
         self._free_ns = self._run_ns = 0
         self._active = False
-        blank = node.faults.tpdo_blanks
-        self._blank = None if blank is None else key_of(blank)
+        blanks = (key_of(it) for it in node.faults.tpdo_blanks)
+        self._blank = next((key for key in blanks if key in node.dictionary.entries), None)
         self._cob_id = self._type = self._syncs = 0
         self._mapping: list[tuple[Key, int]] = []
         self._mapping_taken = False

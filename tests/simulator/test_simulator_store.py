@@ -1,14 +1,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import pytest
 
 from conformance.resources import data
 from conformance.simulator.device import SimulatedDevice
+from conformance.simulator.fault_files import load_faults
 from conformance.simulator.interface import SimulatorBus
 from conformance.spec.load import load_spec
 from conformance.wire.frame import Frame
+
+if TYPE_CHECKING:
+    from tests.simulator.conftest import Wired
 
 Ask = Callable[..., str]
 Tell = Callable[..., None]
@@ -259,3 +264,37 @@ def test_a_node_id_or_bit_rate_that_cannot_be_is_never_used(
     tell(bus, "000#8100")
     assert hear(bus, 0.3) == ["70A#00"]
     assert ask(bus, FILTER)[:2] == "4F"
+
+
+@pytest.mark.parametrize(("fault", "kept"), [(None, 0), ("restore-lost-at-power-off", 5)])
+def test_defaults_that_last_can_be_lost_at_power_off(
+    gim: Callable[..., Wired], fault: str | None, kept: int
+) -> None:
+    device = gim(faults=fault and load_faults([fault]))
+    device.set(x2196=5)
+    device.save()
+    device.load()
+    device.reset("power cycle")
+    assert device.read(0x2196) == kept
+
+
+@pytest.mark.parametrize("fault", [None, "restore-lost-at-power-off"])
+def test_defaults_are_back_after_an_nmt_reset_all_the_same(
+    gim: Callable[..., Wired], fault: str | None
+) -> None:
+    device = gim(faults=fault and load_faults([fault]))
+    device.set(x2196=5)
+    device.save()
+    device.load()
+    device.reset()
+    assert device.read(0x2196) == 0
+
+
+@pytest.mark.parametrize("act", ["save", "load"])
+def test_a_signature_can_be_kept_by_a_store_that_takes_its_time(
+    gim: Callable[..., Wired], act: str
+) -> None:
+    device = gim(faults=load_faults(["store-keeps-signature"]))
+    getattr(device, act)()
+    device.reset()
+    assert device.read({"save": "0x1010:1", "load": "0x1011:1"}[act]) != 1

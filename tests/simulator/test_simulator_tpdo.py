@@ -2,12 +2,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import pytest
 
 from conformance.simulator.device import SimulatedDevice
+from conformance.simulator.fault_files import load_faults
 from conformance.simulator.interface import SimulatorBus
 from conformance.wire.frame import Frame
+
+if TYPE_CHECKING:
+    from tests.simulator.conftest import Wired
 
 Ask = Callable[..., str]
 Tell = Callable[..., None]
@@ -16,6 +21,7 @@ Times = Callable[[SimulatorBus, float, str], list[int]]
 
 TILT = "18A#1A0457FE"
 """10.50 and -4.25 degrees in hundredths."""
+BLANK = "tpdo-blanks-one-object"
 
 
 def gaps(times: list[int]) -> set[int]:
@@ -307,3 +313,11 @@ def test_a_tpdo_without_mapping_is_not_sent(
     write(bus, ask, "2F 01 1A 00 00 00 00 00", "23 01 18 01 8A 02 00 00")
     tell(bus, "000#010A", "080#")
     assert hear(bus, 0.1) == []
+
+
+@pytest.mark.parametrize(("fault", "data"), [(None, "D200ABFF"), (BLANK, "D2000000")])
+def test_a_device_without_the_first_object_to_be_blank_blanks_the_next(
+    dst: Callable[..., Wired], fault: str | None, data: str
+) -> None:
+    heard = dst(faults=fault and load_faults([fault])).nmt(1, 0.01)
+    assert heard == [f"1FF#{data}"]

@@ -65,8 +65,8 @@ class PdoFaults(Knobs):
     tpdo_ignores_count: bool = Field(
         default=False, description="Sends what every mapping entry names, not the first ones alone."
     )
-    tpdo_blanks: Address | None = Field(
-        default=None, description="An object that is 0 in every TPDO."
+    tpdo_blanks: list[Address] = Field(
+        default=[], description="The first of these that the node has is 0 in every TPDO."
     )
     tpdo_keeps_cob_id: bool = Field(
         default=False, description="Goes on with the CAN-ID it had as delivered."
