@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import ceil
 
 from conformance.bench.link import Link
 from conformance.bench.node import Node
@@ -24,8 +25,11 @@ One that has not may still be asked: others keep the frames of the bench from th
 """
 
 _ASKED = (0x1001, 0)
-_NOBODY = 0x6E0
-"""A CAN-ID that CiA 301 v4.2.0, 7.3.5, keeps from every service."""
+_DATA = b"\x55" * 8
+_NOBODY = Frame(0x6E0, _DATA)
+"""Has a CAN-ID that CiA 301 v4.2.0, 7.3.5, keeps from every service."""
+_YIELDING = Frame(0x7F0, _DATA)
+"""Has another one of them, which lets every service have the bus first."""
 
 
 def send_burst(node: Node) -> None:
@@ -34,14 +38,27 @@ def send_burst(node: Node) -> None:
     Raises:
         SetupRefused: The adapter does not send so fast.
     """
+    _fill(node, _NOBODY, FRAMES)
+
+
+def send_load(node: Node, duration_s: float) -> None:
+    """Do so for a while, with frames that lose the bus to whatever the node sends.
+
+    Raises:
+        SetupRefused: The adapter does not send so fast.
+    """
+    frame_s = bit_length(_YIELDING) / node.link.bus_time.bitrate
+    _fill(node, _YIELDING, ceil(duration_s / frame_s))
+
+
+def _fill(node: Node, other: Frame, count: int) -> None:
     channel = node.channel
     channel.settle()
     request = Frame(channel.request_id, encode(InitiateUpload(*_ASKED)))
-    other = Frame(_NOBODY, b"\x55" * 8)
     mark = node.link.mark()
-    _send(node.link, (other if n % REQUEST_EVERY else request for n in range(FRAMES)))
-    for _ in range(FRAMES):
-        open_ones = FRAMES // REQUEST_EVERY - len(node.link.since(mark, channel.is_response))
+    _send(node.link, (other if n % REQUEST_EVERY else request for n in range(count)))
+    for _ in range(count):
+        open_ones = count // REQUEST_EVERY - len(node.link.since(mark, channel.is_response))
         wait_s = max(QUIET_S, channel.timeout_s) if open_ones > 0 else QUIET_S
         if node.link.wait(channel.is_response, wait_s) is None:
             break

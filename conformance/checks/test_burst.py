@@ -1,13 +1,14 @@
-"""A burst of frames: nobody says how many a node takes, but what it may tell and may not do."""
+"""A full bus: nobody says how many frames a node takes, but what it may tell and may not do."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import partial
 
-from conformance.bench.burst import send_burst
+from conformance.bench.burst import send_burst, send_load
 from conformance.bench.emcy import WINDOW_S, EmcyPort, decoded, errors_to_come
 from conformance.bench.heartbeat import HeartbeatPort, name_of
+from conformance.bench.intervals import gaps_ms
 from conformance.bench.node import PROBE, Node
 from conformance.bench.stimulus import Stimulus
 from conformance.checks.cases import with_heartbeat
@@ -22,17 +23,22 @@ from conformance.checks.emcies import (
 )
 from conformance.checks.steps import require_state
 from conformance.effects import Effect
+from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.document import EmcyProducer
-from conformance.spec.model import DeviceSpec, OtherServices
+from conformance.spec.model import DeviceSpec, OtherServices, address
 from conformance.verdict import Verdict
 from conformance.wire.emcy import Emergency
 from conformance.wire.nmt import NmtCommand, NmtState
 
 USAGE = f"{CIA301}, 7.2.7.1"
 STATES = f"{CIA301}, 7.3.2.2"
+PRODUCER = f"{CIA301}, 7.2.8.3.2.2"
 EFFECTS: tuple[Effect, ...] = ("reads", "writes", "resets", "other-nodes")
 OCTETS = 8
+PERIODS = 5
+LATE = 0.5
+"""Share of its period by which a heartbeat under load may be late; left out it would be a whole one."""
 _GENERIC = 0
 _COMMUNICATION = 8
 
@@ -196,3 +202,32 @@ def _states_on_error(node: Node) -> list[NmtState]:
         if rule is not None and "operational" in rule.leaves
     }
     return [NmtState[word.upper().replace("-", "_")] for word in sorted(filter(None, words))]
+
+
+def _producer(spec: DeviceSpec) -> Iterable[Case]:
+    producer = spec.services.heartbeat_producer
+    if producer is not None:
+        yield Case(address(producer.object), None, producer.source, kept(spec))
+
+
+@requirement("HB-16", level="shall", cases=_producer, source=PRODUCER, effects=EFFECTS)
+def test_heartbeat_goes_on_under_load(
+    node: Node, heartbeat: HeartbeatPort, stimulus: Stimulus, verdict: Verdict
+) -> None:
+    """No heartbeat is left out while the bus is full of frames for others and requests to the node."""
+    period_ms = heartbeat.typical_ms
+    with errors_to_come(node, stimulus, reset=True):
+        heartbeat.enter()
+        heartbeat.set(period_ms)
+        before = heartbeat.beats(1, period_ms)
+        if not before:
+            raise SetupRefused("there is no heartbeat to be disturbed, see HB-01")
+        mark = node.link.mark()
+
+        send_load(node, PERIODS * period_ms / 1000)
+        heartbeat.collect(1, 2 * period_ms / 1000)
+
+        seen = [before[-1], *node.link.since(mark, node.is_error_control)]
+
+    gaps = gaps_ms(node.link, seen, period_ms)
+    verdict.within("heartbeat period under load", gaps, period_ms, LATE * period_ms, unit="ms")

@@ -130,7 +130,13 @@ class Firmware:
                 self._lss.receive(frame.data)
         elif self._is_sync(frame):
             self._synchronise(frame)
-        elif self.node.faults.follows_other_heartbeats and _tells_stopped(frame):
+        else:
+            self._overhear(frame)
+
+    def _overhear(self, frame: Frame) -> None:
+        """Handle a frame for others, which means something to a defective device alone."""
+        self._heartbeat.overheard()
+        if self.node.faults.follows_other_heartbeats and _tells_stopped(frame):
             self._enter(NmtState.STOPPED)
 
     def _receive_unusual(self, frame: Frame) -> None:

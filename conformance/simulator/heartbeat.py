@@ -18,6 +18,12 @@ _LATE_NS = 50 * _MS
 
 _TOGGLE = 0x80
 
+_STRANGE_NS = 2 * _MS
+"""How long a frame for others keeps a defective device busy."""
+
+_STARVED_NS = 10 * _MS
+"""From what is left to do for frames of others it has no time for its heartbeat."""
+
 
 class HeartbeatProducer:
     """Sends the boot-up message and, where the device has a heartbeat, the NMT state at its period."""
@@ -30,6 +36,7 @@ class HeartbeatProducer:
         self._period_ns = 0
         self._waits_for_command = False
         self._toggle = 0
+        self._busy_until_ns = 0
         self._off = 0 if spec is None else spec.off
         self._states = () if spec is None else tuple(_states(spec))
         self._key = None if spec is None else (spec.object, 0)
@@ -86,6 +93,12 @@ class HeartbeatProducer:
             state = self._node.state | (self._toggle ^ _TOGGLE)
             self._node.send(Frame(cob_id.heartbeat(self._node.node_id), bytes((state,))))
 
+    def overheard(self) -> None:
+        """Note a frame for others: many of them keep a defective device from its heartbeat."""
+        now_ns = self._node.agenda.now_ns
+        busy_until_ns = max(self._busy_until_ns, now_ns) + _STRANGE_NS
+        self._busy_until_ns = min(busy_until_ns, now_ns + 2 * _STARVED_NS)
+
     def _period_written(self, value: Value) -> None:
         faults, before_ns = self._node.faults, self._period_ns
         if value == self._off and faults.heartbeat_never_stops and before_ns:
@@ -125,10 +138,21 @@ class HeartbeatProducer:
             self._beat()
 
     def _beat(self) -> None:
-        if self._node.state not in self._states:
+        if self._node.state not in self._states or self._starves():
             return
         told = self._told if self._node.faults.heartbeat_wrong_state else self._node.state
         self._node.send(encode_heartbeat(Heartbeat(self._node.node_id, told)))
+
+    def _starves(self) -> bool:
+        """Return whether there is no time for a heartbeat, which may be the end of all."""
+        left_ns = self._busy_until_ns - self._node.agenda.now_ns
+        under_load = self._node.faults.heartbeat_under_load
+        if under_load == "comes" or left_ns < _STARVED_NS:
+            return False
+        if under_load == "ends":
+            self._period_ns = 0
+            self._timer.stop()
+        return True
 
 
 def _accepted(spec: HeartbeatSpec, entry: Entry) -> tuple[Range, ...]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import can
 import pytest
 
-from conformance.bench.burst import AHEAD, FRAMES, send_burst
+from conformance.bench.burst import AHEAD, FRAMES, send_burst, send_load
 from conformance.bench.definition import load_bench
 from conformance.bench.node import Node
 from conformance.bench.session import Bench
@@ -52,6 +53,19 @@ def test_the_bus_is_full_and_the_adapter_is_not(
     assert max(waiting) <= AHEAD + 1
     busy_s = sum(bit_length(it.frame) for it in frames) / node.link.bus_time.bitrate
     assert busy_s > 0.95 * (frames[-1].time_s - start_s)
+
+
+def test_a_load_lasts_and_lets_the_node_have_the_bus(node: Node) -> None:
+    node.download(0x1017, 0, 20)
+    mark, start_s = node.link.mark(), node.link.now()
+
+    send_load(node, 0.5)
+
+    beats = [it.time_s for it in node.link.since(mark, node.is_error_control)]
+    last_s = max(it.time_s for it in node.link._frames[mark:] if not it.received)
+    assert 0.5 < last_s - start_s < 0.7, "answers come on top"
+    assert len([it for it in beats if it < last_s]) > 0.5 / 0.02
+    assert max(later - former for former, later in pairwise(beats)) < 0.022
 
 
 def test_no_answer_is_taken_for_a_later_one(node: Node) -> None:

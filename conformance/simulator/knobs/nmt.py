@@ -69,6 +69,9 @@ class NmtFaults(Knobs):
     heartbeat_ends_when_written_again: bool = Field(
         default=False, description="The time it has already, written again, switches it off."
     )
+    heartbeat_under_load: Literal["comes", "pauses", "ends"] = Field(
+        default="comes", description="What becomes of it while frames for others come in a row."
+    )
     follows_other_heartbeats: bool = Field(
         default=False, description="A heartbeat of a stopped node stops it."
     )
