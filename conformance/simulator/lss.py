@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Final, Protocol
 
 from conformance.simulator.identity import SLOWEST
@@ -188,8 +189,11 @@ class LssSlave:
             self._node.agenda.after(delay_ns, lambda: self._target.lss_bitrate(rate))
 
     def _store(self, message: lss.StoreConfiguration) -> None:
-        if not self._faults.lss_store_forgets:
-            self._target.lss_store(self._node_id, self._bitrate)
+        store = partial(self._target.lss_store, self._node_id, self._bitrate)
+        if self._faults.lss_store_write_ms:
+            self._node.agenda.after(self._faults.lss_store_write_ms * _MS, store)
+        elif not self._faults.lss_store_forgets:
+            store()
         self._confirm(message.command, known=True)
 
     def _inquire_identity(self, message: lss.InquireIdentity) -> None:

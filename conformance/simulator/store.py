@@ -58,7 +58,7 @@ class ParameterStore:
 
     def _store_at_once(self, keys: Iterable[Key]) -> None:
         def keep(key: Key, value: Value) -> None:
-            self._memory.keep({key: value})
+            self._write(0, partial(self._memory.keep, {key: value}))
 
         for key in set(keys):
             self._node.dictionary.observers[key].append(partial(keep, key))
@@ -115,8 +115,12 @@ class ParameterStore:
 
     def _settle(self, service: Store, act: Callable[[], None]) -> None:
         """Write to the non-volatile memory, which a reset before the end of it undoes."""
-        if service.settle_ms:
-            self._node.agenda.after(service.settle_ms * _MS, act)
+        self._write(service.settle_ms, act)
+
+    def _write(self, settle_ms: int, act: Callable[[], None]) -> None:
+        after_ms = settle_ms + self._node.faults.store_write_ms
+        if after_ms:
+            self._node.agenda.after(after_ms * _MS, act)
         else:
             act()
 

@@ -73,3 +73,6 @@ class IdentityFaults(Knobs):
         default=False, description="A node-ID is stored when configured."
     )
     lss_store_forgets: bool = Field(default=False, description="Confirms a store, stores nothing.")
+    lss_store_write_ms: Annotated[int, Field(ge=0)] = Field(
+        default=0, description="A store over LSS is confirmed so long before it is done."
+    )

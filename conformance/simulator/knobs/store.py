@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from pydantic import Field
 
 from conformance.simulator.knobs.base import Knobs
@@ -44,4 +46,7 @@ class StoreFaults(Knobs):
     restore_lasts: bool = Field(default=False, description="A restore forgets what was stored.")
     restore_lost_at_power_off: bool = Field(
         default=False, description="A restore is forgotten when the supply is switched off."
+    )
+    store_write_ms: Annotated[int, Field(ge=0)] = Field(
+        default=0, description="How much longer than documented a write of the memory takes."
     )
