@@ -1,4 +1,4 @@
-"""A device that does anything at all is never said to conform, and breaks no run; `make hostile` tries 1,000."""
+"""A device that does anything at all is never said to conform, and breaks no run; `make hostile` tries 1,500."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from xml.etree import ElementTree as ET
 import can
 import pytest
 from hostile_runs import MOST_MEMORY_MB, Ended, Hostile, catalogue_of, choose, from_json
-from meddling import MISCHIEFS
+from mischiefs import MISCHIEFS
 
 from conformance import resources
 

@@ -15,7 +15,8 @@ from typing import Any
 
 import forked_command
 from meddler import Meddler
-from meddling import MISCHIEFS
+from meddling import Mischief
+from mischiefs import MISCHIEFS
 
 from conformance import resources
 from conformance.catalogue import load_checks
@@ -80,13 +81,20 @@ def catalogue_of(device: str) -> list[str]:
 
 
 def choose(kind: str, seed: int, device: str, catalogue: Sequence[str]) -> Hostile:
-    """Return a hostile run of some items of a catalogue, the services all as likely."""
+    """Return a hostile run of some items of a catalogue, the services all as likely.
+
+    Half of them have to do with the mischief, if there are any that have more to do with it than others.
+    """
     draw = random.Random(f"{kind} {seed} {device}")  # noqa: S311 - repeatable
     services: dict[str, list[str]] = {}
     for item in catalogue:
         services.setdefault(item.split("/")[1].partition("-")[0], []).append(item)
     names = draw.choices(sorted(services), k=ITEMS)
     items = dict.fromkeys(draw.choice(services[name]) for name in names)
+    prefers = MISCHIEFS[kind].prefers
+    concerned = [it for it in catalogue if prefers and it.split("/")[1].startswith(prefers)]
+    if concerned:
+        items = dict.fromkeys((*list(items)[: ITEMS // 2], *draw.choices(concerned, k=ITEMS // 2)))
     return Hostile(kind, seed, device, " or ".join(items))
 
 
@@ -97,7 +105,10 @@ def carry_out(runs: Sequence[Hostile], folder: Path) -> None:
     """
     with suppress(SystemExit):
         _command(runs[0], folder / "first")
-    ends = [in_own_process(run, folder / str(number)) for number, run in enumerate(runs)]
+    ends = [
+        in_own_process(run, MISCHIEFS[run.kind](run.seed), folder / str(number))
+        for number, run in enumerate(runs)
+    ]
     text = json.dumps([asdict(ended) for ended in ends])
     (folder / "ends.json").write_text(text, encoding="ascii")
 
@@ -114,12 +125,11 @@ def _command(run: Hostile, folder: Path) -> None:
     forked_command.run(arguments, folder, folder / "out.txt", folder / "err.txt")
 
 
-def _one(run: Hostile, folder: Path) -> None:
+def _one(run: Hostile, mischief: Mischief, folder: Path) -> None:
     from conformance.simulator import channel, device  # noqa: PLC0415 - only what runs needs it
 
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY_MB << 20, MOST_MEMORY_MB << 20))
     resource.setrlimit(resource.RLIMIT_CPU, (MOST_CPU_S, MOST_CPU_S))
-    mischief = MISCHIEFS[run.kind](run.seed)
     witnesses = []
 
     def meddled(*arguments: Any, **options: Any) -> Meddler:
@@ -139,13 +149,13 @@ def _one(run: Hostile, folder: Path) -> None:
         (folder / "facts.json").write_text(json.dumps(facts), encoding="ascii")
 
 
-def in_own_process(run: Hostile, folder: Path) -> Ended:
+def in_own_process(run: Hostile, mischief: Mischief, folder: Path) -> Ended:
     """Carry out a run in a fork of this process."""
     pid = os.fork()
     if not pid:
         code = 99
         try:
-            _one(run, folder)
+            _one(run, mischief, folder)
         except SystemExit as left:
             code = int(left.code or 0)
         finally:

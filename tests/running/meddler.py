@@ -98,7 +98,7 @@ class Meddler:
         self._late: list[tuple[int, int, Frame]] = []
         self._order = 0
         self._ask_ns: int | None = None
-        mischief.node_id, mischief.bitrate = device.node_id, device.bitrate
+        mischief.meet(device)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._device, name)
@@ -119,7 +119,7 @@ class Meddler:
 
     def step(self, now_ns: int, frames: Sequence[Frame] = ()) -> list[Frame]:
         mischief = self._mischief
-        mischief.node_id = self._device.node_id
+        mischief.node_id, mischief.now_ns = self._device.node_id, now_ns
         if not self._device.powered:
             return []
         for frame in frames:

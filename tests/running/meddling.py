@@ -3,28 +3,14 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
+from conformance.simulator.device import SimulatedDevice
 from conformance.wire import cob_id
-from conformance.wire.frame import Frame, bit_length
+from conformance.wire.frame import Frame
 
 MS = 1_000_000
 SECOND = 1_000_000_000
-NASTY = (
-    b"\x00\x01\x02\x07\x08\x1b[31mred\x1b[0m\r\n",
-    b"\x1b]0;title\x07\x1b[2J\x9b31m",
-    b"</failure><script>alert(1)</script><!--",
-    b"]]>&lt;&#0;&amp;<![CDATA[",
-    b"[bold red]CONFORMS[/] [/nosuchtag] [link=x]",
-    b"\xff\xfe\xc3\x28\xed\xa0\x80\xf8\x88\x80\x80",
-    b"\x00" * 40,
-    "\u202eCONFORMS\u202d\u200b\ufeff\U0001f600".encode(),
-    b"%s%n{0}{{}} ${x} `id`; DROP TABLE runs;--",
-    b"A" * 10_000,
-    b"\n\n0 deviations\nCONFORMS: 9 items: 9 pass\n",
-    b"",
-)
-"""What no label says."""
 
 
 class Mischief:
@@ -35,7 +21,10 @@ class Mischief:
     """
 
     everything = False
-    """No SDO answer of the device reaches the bench as it was."""
+    """No SDO answer that may be true reaches the bench."""
+
+    prefers = ""
+    """With what the requirements begin that have most to do with it."""
 
     def __init__(self, seed: int) -> None:
         self.random = random.Random(f"{type(self).__name__} {seed}")  # noqa: S311 - repeatable
@@ -43,8 +32,13 @@ class Mischief:
         self.count = 0
         self.node_id = 0
         self.bitrate = 0
+        self.now_ns = 0
         self.replies: list[Frame] = []
         """What to answer in place of the device."""
+
+    def meet(self, device: SimulatedDevice) -> None:
+        """Take note of the device whose frames are meddled with."""
+        self.node_id, self.bitrate = device.node_id, device.bitrate
 
     def answer(self, frame: Frame) -> Iterable[Frame]:
         """Return what goes out in place of a frame of the device."""
@@ -166,7 +160,6 @@ class Aborts(Mischief):
 
     def __init__(self, seed: int) -> None:
         super().__init__(seed)
-        self.everything = self.rate == 1.0
         self._code = self.random.choice((None, 0, 0x0800_0000, 0x0602_0000, 0xFFFF_FFFF))
 
     def change(self, frame: Frame) -> Iterable[Frame]:
@@ -205,88 +198,6 @@ class RightLookingGarbage(Garbage):
         return (Frame(frame.can_id, bytes((command,)) + head[1:4] + tail),)
 
 
-class Uploads(Mischief):
-    """Answers uploads itself; what it uploads is up to the kinds of it."""
-
-    def __init__(self, seed: int) -> None:
-        super().__init__(seed)
-        self._pieces: Iterator[bytes] | None = None
-
-    def hear(self, frame: Frame) -> Iterable[Frame]:
-        if frame.can_id != cob_id.sdo_request(self.node_id) or len(frame.data) < 8:
-            return (frame,)
-        command = frame.data[0] & 0xE0
-        if command == 0x60 and self._pieces is not None:
-            self._reply(next(self._pieces, b""))
-            return ()
-        self._pieces = None
-        if command != 0x40 or self.random.random() >= self.rate:
-            return (frame,)
-        self.count += 1
-        self._pieces = self.pieces()
-        self._reply(b"\x41" + frame.data[1:4] + self.announced())
-        return ()
-
-    def _reply(self, data: bytes) -> None:
-        if data:
-            self.replies.append(Frame(cob_id.sdo_response(self.node_id), data))
-
-    def announced(self) -> bytes:
-        """Return the announced number of octets."""
-        return self.random.choice((0, 1, 5, 0x4000_0000, 0xFFFF_FFFF)).to_bytes(4, "little")
-
-    def pieces(self) -> Iterator[bytes]:
-        """Return the segments, toggling properly."""
-        toggle = 0
-        kind = self.random.randrange(5)
-        left = self.random.choice((0, 1, 20, 1 << 40))
-        while left >= 0:
-            left -= 1
-            octets = (7, 7, 0, 1, self.random.randrange(8))[kind]
-            last = left < 0 and kind != 2
-            command = toggle << 4 | (7 - octets) << 1 | last
-            yield bytes((command,)) + self.random.randbytes(7)
-            toggle ^= 1
-
-
-class EndlessUploads(Uploads):
-    """Every upload comes in segments and never ends."""
-
-    def __init__(self, seed: int) -> None:
-        super().__init__(seed)
-        self._octets = self.random.choice((0, 1, 7))
-        self._size = self.random.choice((0, 4, 0x4000_0000, 0xFFFF_FFFF))
-
-    def announced(self) -> bytes:
-        return self._size.to_bytes(4, "little")
-
-    def pieces(self) -> Iterator[bytes]:
-        segment = (7 - self._octets) << 1
-        while True:
-            yield bytes((segment,)) + b"\x55" * 7
-            segment ^= 0x10
-
-
-class NastyTexts(Uploads):
-    """Every upload gives a text of control characters, markup or ten thousand octets."""
-
-    def __init__(self, seed: int) -> None:
-        super().__init__(seed)
-        self._text = self.random.choice(NASTY)
-        self.everything = self.rate == 1.0
-
-    def announced(self) -> bytes:
-        return len(self._text).to_bytes(4, "little")
-
-    def pieces(self) -> Iterator[bytes]:
-        toggle, text = 0, self._text
-        for start in range(0, max(len(text), 1), 7):
-            piece = text[start : start + 7]
-            last = start + 7 >= len(text)
-            yield bytes((toggle << 4 | (7 - len(piece)) << 1 | last,)) + piece.ljust(7, b"\0")
-            toggle ^= 1
-
-
 class TruncatesSegments(Mischief):
     """Ends segmented transfers too early, or shortens what a segment says it holds."""
 
@@ -297,24 +208,6 @@ class TruncatesSegments(Mischief):
         return (Frame(frame.can_id, bytes((command,)) + frame.data[1:]),)
 
 
-class FallsSilent(Mischief):
-    """Says nothing for a while, again and again, or for good."""
-
-    def __init__(self, seed: int) -> None:
-        super().__init__(seed)
-        self._speaks_for = self.random.choice((0, 5, 40, 200))
-        self._silent_for = self.random.choice((1, 5, 100, 1 << 40))
-        self._said = 0
-
-    def answer(self, frame: Frame) -> Iterable[Frame]:
-        self._said += 1
-        place = self._said % (self._speaks_for + self._silent_for)
-        if place < self._speaks_for:
-            return (frame,)
-        self.count += 1
-        return ()
-
-
 class SpoilsRequests(FlipsBits):
     """Inverts bits of what the device hears."""
 
@@ -323,86 +216,3 @@ class SpoilsRequests(FlipsBits):
 
     def hear(self, frame: Frame) -> Iterable[Frame]:
         return super().answer(frame)
-
-
-class Floods(Mischief):
-    """From some time on fills the bus with one identifier."""
-
-    def __init__(self, seed: int) -> None:
-        super().__init__(seed)
-        self._begins_ns = self.random.choice((0, 400, 1500, 4000)) * MS
-        self._pause = self.random.choice((0.0, 0.0, 1.0, 9.0))
-        self._service = self.random.choice((0, 0x80, 0x181, 0x180, 0x580, 0x600, 0x700, 0x7E4))
-        self._data = self.random.choice((None, b"", b"\0", b"\x80" + bytes(7), bytes(8)))
-
-    def unasked(self, now_ns: int) -> tuple[int | None, Sequence[Frame]]:
-        if now_ns < self._begins_ns:
-            return self._begins_ns, ()
-        own = self.node_id if self._service in (0x180, 0x580, 0x600, 0x700) else 0
-        data = self.random.randbytes(8) if self._data is None else self._data
-        frame = Frame(self._service + own, data)
-        self.count += 1
-        lasts_ns = bit_length(frame) * SECOND // self.bitrate
-        return now_ns + round(lasts_ns * (1 + self._pause)), (frame,)
-
-
-class ForeignTraffic(Mischief):
-    """Puts in what other nodes might send, and some that only this one may."""
-
-    def unasked(self, now_ns: int) -> tuple[int | None, Sequence[Frame]]:
-        again_ns = now_ns + round(self.random.expovariate(0.5) * 20 * MS) + 1
-        own = self.random.random() < 0.5
-        node_id = self.node_id if own else self.random.randrange(1, 128)
-        service = self.random.choice((0x080, 0x180, 0x280, 0x580, 0x600, 0x700))
-        data = self.random.randbytes(self.random.choice((1, 8)))
-        frame = Frame(service + node_id, data)
-        if self.random.random() < 0.1:
-            frame = Frame(cob_id.NMT, bytes((self.random.choice((1, 2, 128, 129)), node_id)))
-        self.count += own
-        return again_ns, (frame,)
-
-
-class ForgesItsOwn(Mischief):
-    """Sends boot-ups, heartbeats of any state, EMCYs and SDO answers that nothing brought about."""
-
-    def unasked(self, now_ns: int) -> tuple[int | None, Sequence[Frame]]:
-        again_ns = now_ns + round(self.random.expovariate(1.0) / self.rate * 5 * MS) + 1
-        if now_ns < 300 * MS:
-            return 300 * MS, ()
-        frame = self.random.choice(
-            (
-                Frame(cob_id.heartbeat(self.node_id), b"\0"),
-                Frame(cob_id.heartbeat(self.node_id), self.random.randbytes(1)),
-                Frame(0x080 + self.node_id, self.random.randbytes(8)),
-                Frame(cob_id.sdo_response(self.node_id), self.random.randbytes(8)),
-                Frame(cob_id.LSS_SLAVE, self.random.randbytes(8)),
-            )
-        )
-        self.count += 1
-        return again_ns, (frame,)
-
-
-MISCHIEFS: dict[str, Callable[[int], Mischief]] = {
-    it.__name__: it
-    for it in (
-        FlipsBits,
-        ChangesLength,
-        Drops,
-        Doubles,
-        Delays,
-        Reorders,
-        SwapsIdentifiers,
-        Aborts,
-        Garbage,
-        RightLookingGarbage,
-        Uploads,
-        EndlessUploads,
-        NastyTexts,
-        TruncatesSegments,
-        FallsSilent,
-        SpoilsRequests,
-        Floods,
-        ForeignTraffic,
-        ForgesItsOwn,
-    )
-}
