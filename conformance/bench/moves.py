@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 from conformance.bench.node import Node
-from conformance.bench.reach import Place, Reach, is_any_boot_up
+from conformance.bench.reach import Astray, Place, Reach, is_any_boot_up
 from conformance.errors import NodeTimeout, SetupRefused
 from conformance.spec.model import Key
 
@@ -43,6 +44,7 @@ class Moved:
         before: What the watched entries held.
         after: What they held at the end.
         boot_ups: Identifiers of boot-up messages seen after the last step.
+        astray: Where the node answers once it was given its home back; None where it came home.
     """
 
     home: Place
@@ -50,30 +52,45 @@ class Moved:
     before: Mapping[Key, bytes]
     after: Mapping[Key, bytes]
     boot_ups: tuple[int, ...]
+    astray: Place | None = None
 
 
 def observe_move(reach: Reach, node: Node, move: Move) -> Moved:
-    """Do the steps one after the other; node and bench are home again afterwards.
+    """Do the steps one after the other; node and bench are home again afterwards, if the node comes.
 
     Raises:
         SetupRefused: The node takes the value not at all, or the place is another node's.
     """
     reach.begin(node)
-    try:
-        _require_free(reach, node, move.to)
-        before = {key: node.upload(*key) for key in move.watched}
-        places: list[Place | None] = []
+    with ExitStack() as way_back:
+        way_back.callback(reach.bring_home, node)
+        outcome = _follow(reach, node, move)
+        way_back.pop_all()
+    return replace(outcome, astray=_astray(reach, node))
+
+
+def _follow(reach: Reach, node: Node, move: Move) -> Moved:
+    _require_free(reach, node, move.to)
+    before = {key: node.upload(*key) for key in move.watched}
+    places: list[Place | None] = []
+    mark = node.link.mark()
+    for step in move.steps:
         mark = node.link.mark()
-        for step in move.steps:
-            mark = node.link.mark()
-            places.append(_do(reach, node, move, step))
-            if places[-1] is None:
-                break
-        boot_ups = tuple(f.frame.can_id for f in node.link.since(mark, is_any_boot_up))
-        after = before if places[-1] is None else {key: node.upload(*key) for key in before}
-        return Moved(reach.home, tuple(places), before, after, boot_ups)
-    finally:
+        places.append(_do(reach, node, move, step))
+        if places[-1] is None:
+            break
+    boot_ups = tuple(f.frame.can_id for f in node.link.since(mark, is_any_boot_up))
+    after = before if places[-1] is None else {key: node.upload(*key) for key in before}
+    return Moved(reach.home, tuple(places), before, after, boot_ups)
+
+
+def _astray(reach: Reach, node: Node) -> Place | None:
+    """Bring the node home; return where it answers instead."""
+    try:
         reach.bring_home(node)
+    except Astray as error:
+        return error.place
+    return None
 
 
 def _require_free(reach: Reach, node: Node, place: Place) -> None:

@@ -37,6 +37,14 @@ class Place:
         return f"node-ID {self.node_id} at {self.bitrate / 1000:g} kbit/s"
 
 
+class Astray(NodeTimeout):
+    """The node was given back the place where it was found, and answers at another one."""
+
+    def __init__(self, home: Place, place: Place) -> None:
+        super().__init__(f"the node does not come back as {home}; it is {place}")
+        self.place = place
+
+
 class Reach:
     """Moves the bench to the node's node-ID and bit rate, and the node back to where it was.
 
@@ -176,6 +184,7 @@ class Reach:
 
         Raises:
             NodeTimeout: The node is found nowhere, or does not come home.
+            Astray: It answers where it must not be any more.
         """
         if self._found is None and not self._visited:
             return
@@ -202,7 +211,10 @@ class Reach:
         if not self._is_home(node) and self._link.rig is not None:
             self.power_cycle(node, self.home, *places)
         if not self._is_home(node):
-            raise NodeTimeout(f"the node does not come back as {self.home}; it is {self.here}")
+            answers = node.answers() or self._search(node, places)
+            if answers and self.here != self.home:
+                raise Astray(self.home, self.here)
+            raise NodeTimeout(f"the node does not come back as {self.home}")
 
     def _search(self, node: Node, places: tuple[Place, ...]) -> bool:
         """Look for the node at any node-ID when it starts anew, where the bench can make it."""

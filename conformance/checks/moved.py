@@ -14,7 +14,7 @@ from conformance.bench.moves import (
     observe_refused,
 )
 from conformance.bench.node import Node
-from conformance.bench.reach import AT_ONCE_S, Place
+from conformance.bench.reach import AT_ONCE_S, Astray, Place
 from conformance.bench.sdo import Transfer
 from conformance.bench.session import Bench
 from conformance.checks.moving import (
@@ -26,6 +26,7 @@ from conformance.checks.moving import (
     steps,
 )
 from conformance.errors import SetupRefused
+from conformance.spec.bit_rates import documented_rates
 from conformance.spec.model import Entry, OtherBehaviours, address, is_legal
 from conformance.verdict import Verdict
 from conformance.wire.errors import WireError
@@ -92,6 +93,24 @@ def judge_move(
     other = next((it for places, it in expected.items() if places == actual), None)
     if other is not None:
         verdict.follows(other.ambiguity, other.reading)
+
+
+def judge_way_back(
+    bench: Bench, node: Node, verdict: Verdict, change: Change, *, save: bool
+) -> None:
+    """Judge that the node came home when its objects were given their values back.
+
+    Raises:
+        Astray: It did not, and by some reading need not take these values.
+    """
+    outcome = moved(bench, node, verdict, change, save=save)
+    home, entry = outcome.home, node.spec.entries[change.keys[0]]
+    rate = documented_rates(node.spec).get(home.bitrate)
+    value = home.node_id if change.setting == "node_id" else rate
+    if outcome.astray is not None and (value is None or not entry.always_legal(value)):
+        raise Astray(home, outcome.astray)
+
+    verdict.equal("place after the way back", str(outcome.astray or home), str(home))
 
 
 def judge_follower(verdict: Verdict, entry: Entry, outcome: Moved) -> None:

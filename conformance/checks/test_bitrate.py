@@ -18,6 +18,7 @@ def test_new_bit_rate_takes_effect(
 ) -> None:
     """A new bit rate is in force once all is done that the manual asks for."""
     moved.judge_move(bench, node, verdict, change, save=True, count=slice(-1, None))
+    moved.judge_way_back(bench, node, verdict, change, save=True)
 
 
 @requirement("BIT-02", level="manual", cases=("change", moving.bit_rates), effects=EFFECTS)

@@ -45,6 +45,7 @@ def test_new_node_id_takes_effect(
 ) -> None:
     """A new node-ID is in force once all is done that the manual asks for."""
     moved.judge_move(bench, node, verdict, change, save=True, count=slice(-1, None))
+    moved.judge_way_back(bench, node, verdict, change, save=True)
 
 
 @requirement("NID-02", level="manual", cases=("change", moving.node_ids), effects=EFFECTS)

@@ -10,7 +10,7 @@ import pytest
 from conformance import resources
 from conformance.bench.definition import load_bench
 from conformance.bench.node import Node
-from conformance.bench.reach import Place
+from conformance.bench.reach import Astray, Place
 from conformance.bench.session import Bench
 from conformance.errors import NodeTimeout
 from conformance.spec.load import load_spec
@@ -109,5 +109,25 @@ def test_a_node_that_is_nowhere_is_told_of() -> None:
     with pytest.raises(NodeTimeout, match="node-ID 33 at 125 kbit/s nor as node-ID 50"):
         bench.reach.bring_home(node)
 
+    assert bench.reach.here == bench.reach.home
+    bench.close()
+
+
+@pytest.mark.parametrize(
+    ("fault", "place"),
+    [
+        ("store-skips-defaults", Place(0x21, 250_000)),
+        ("objects/0x2101/ranges=[[2, 127]]", Place(2, 250_000)),
+    ],
+)
+def test_a_node_that_does_not_come_home_is_told_of_by_its_place(fault: str, place: Place) -> None:
+    bench = open_bench("baumer_gim140r", faults=[fault])
+    node = bench.node()
+
+    move(bench, node, node_id=0x21)
+    with pytest.raises(Astray) as astray:
+        bench.reach.bring_home(node)
+
+    assert astray.value.place == place
     assert bench.reach.here == bench.reach.home
     bench.close()
