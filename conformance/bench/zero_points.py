@@ -73,7 +73,7 @@ def observe_zero_points(node: Node, points: Sequence[ZeroPoint], restore: Store,
         return Tried(found, stored, after, restored)
     finally:
         if back and any(node.number(*point.offset) for point in points):
-            for step in back:
+            for step in reversed(back):
                 step()
             _save(node, settings, points)
         settings.put_back()

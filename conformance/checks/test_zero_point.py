@@ -13,18 +13,18 @@ from conformance.checks.slopes import having, measured_slopes
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, requirement
 from conformance.spec.fields import key_of
-from conformance.spec.model import DeviceSpec
+from conformance.spec.model import DeviceSpec, Entry
 from conformance.verdict import Verdict
 
 
 def _points(spec: DeviceSpec) -> Iterator[ZeroPoint]:
-    """Return the zero points that a preset alone moves, by every reading."""
+    """Return the zero points that by some reading a preset alone moves."""
     for slope in measured_slopes(spec):
         rule = slope.rule
         if rule is None or rule.preset is None or rule.offset is None:
             continue
         preset, offset = key_of(rule.preset), key_of(rule.offset)
-        fixed = not any(reading.writable for reading in spec.entries[offset].readings)
+        fixed = not all(reading.writable for reading in spec.entries[offset].readings)
         if fixed and having("preset", "offset")(slope, spec):
             yield ZeroPoint(slope.entry.key, preset, offset)
 
@@ -38,21 +38,29 @@ def _zero_points(spec: DeviceSpec) -> Iterable[Case]:
             yield Case(offset.address, point, offset.source_of("persistent"))
 
 
-@requirement("DEV-40", level="manual", cases=("point", _zero_points), effects=storable.RESTORES)
+def _kept(spec: DeviceSpec) -> Iterable[Case]:
+    """Return the presets and offsets of which every reading says whether they are stored."""
+    points = _points(spec) if spec.services.store and spec.services.restore else ()
+    for key in (key for point in points for key in (point.preset, point.offset)):
+        entry = spec.entries[key]
+        if all(reading.persistent is not None for reading in entry.readings):
+            yield Case(entry.address, entry, entry.source_of("persistent"))
+
+
+@requirement("DEV-40", level="manual", cases=("entry", _kept), effects=storable.RESTORES)
 def test_stored_zero_point_is_kept(
-    bench: Bench, node: Node, point: ZeroPoint, verdict: Verdict
+    bench: Bench, node: Node, entry: Entry, verdict: Verdict
 ) -> None:
     """A zero point that was stored is kept over a restart, or gone, as documented."""
     seen = _tried(bench, node, verdict)
 
-    offset = node.spec.entries[point.offset]
-    held = {True: seen.stored[point.offset], False: seen.found[point.offset]}
-    allowed = dict.fromkeys(held[bool(reading.persistent)] for reading in offset.readings)
-    after = seen.after[point.offset]
-    verdict.one_of(f"value of {offset.address} after the restart", after, list(allowed))
-    fitting = [held[bool(reading.persistent)] == after for reading in offset.readings]
+    held = {True: seen.stored[entry.key], False: seen.found[entry.key]}
+    allowed = dict.fromkeys(held[bool(reading.persistent)] for reading in entry.readings)
+    after = seen.after[entry.key]
+    verdict.one_of(f"value of {entry.address} after the restart", after, list(allowed))
+    fitting = [held[bool(reading.persistent)] == after for reading in entry.readings]
     if any(fitting) and (number := fitting.index(True)):
-        other = offset.alternatives[number - 1]
+        other = entry.alternatives[number - 1]
         verdict.follows(other.ambiguity, other.reading)
 
 

@@ -39,7 +39,7 @@ SEEN_BY = {
     "values": ("OD-",),
     "limits_by": ("OD-", "DEV-"),
     "mappable": ("TPDO-",),
-    "persistent": ("STO-", "BOOT-", "NID-", "BIT-"),
+    "persistent": ("STO-", "BOOT-", "NID-", "BIT-", "DEV-40"),
     "reserved": ("OD-",),
     "octets": ("OD-",),
     "writable_in": ("OD-",),

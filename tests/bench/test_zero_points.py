@@ -22,11 +22,13 @@ Y = ZeroPoint((0x6020, 0), (0x6022, 0), (0x6023, 0))
 
 
 @contextmanager
-def open_bench(**options: Any) -> Iterator[Bench]:
-    path = resources.find("device_specs", "danfoss_dst_x730", "DEVICE")
+def open_bench(
+    device: str = "danfoss_dst_x730", variant: str = "xy-30", **options: Any
+) -> Iterator[Bench]:
+    path = resources.find("device_specs", device, "DEVICE")
     definition = load_bench(resources.find("fixtures/benches", "simulator", "--bench"))
-    spec = load_spec(path).resolve("xy-30")
-    options = {"channel": str(path), "variant": "xy-30", **options}
+    spec = load_spec(path).resolve(variant)
+    options = {"channel": str(path), "variant": variant, **options}
     bench = Bench.open(definition, spec, options, None)
     try:
         yield bench
@@ -82,3 +84,17 @@ def test_a_preset_without_effect_decides_nothing() -> None:
         with pytest.raises(SetupRefused, match="has no effect"):
             tried(bench)
         assert memory(bench) == {}
+
+
+def test_zero_points_of_coupled_slopes_come_back_as_they_were_stored() -> None:
+    narrow, wide = X, ZeroPoint((0x6110, 0), (0x6112, 0), (0x6113, 0))
+    with open_bench("baumer_gim140r", "two-dimensional", faults=["restore-forgets"]) as bench:
+        node = bench.node()
+        node.write(*narrow.preset, node.spec.entries[narrow.preset].type.encode(50))
+        node.save({narrow.offset[0]})
+        held = memory(bench)
+        restore = node.spec.services.restore
+        assert isinstance(restore, Store)
+        observe_zero_points(node, [narrow, wide], restore, 1)
+
+        assert memory(bench) == held
