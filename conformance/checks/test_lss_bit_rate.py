@@ -12,6 +12,7 @@ from conformance.checks.lss_cases import (
     bit_timings,
     ever,
     follow,
+    offers,
     once,
     other_bit_timing,
     services_in,
@@ -101,6 +102,32 @@ def test_bit_rate_is_activated(lss: LssPort, spec: DeviceSpec, verdict: Verdict)
         ok=seen is not None and activated in allowed,
     )
     follow(verdict, spec, lambda it: _activates(it) == activated)
+
+
+def _activated_elsewhere(spec: DeviceSpec) -> Iterable[Case]:
+    """Return one case where by no reading LSS waiting has the activation that configuration has."""
+    needed = with_other_rate(once("waiting/15h", "configure-bit-timing", "activate-bit-timing"))
+    return () if True in offers(spec, "activate-bit-timing", "waiting") else needed(spec)
+
+
+@requirement(
+    "LSS-24",
+    level="shall",
+    cases=_activated_elsewhere,
+    source=BIT_TIMING,
+    effects=("reads", "bitrate", "resets"),
+)
+def test_bit_rate_is_not_activated_in_waiting(
+    lss: LssPort, spec: DeviceSpec, verdict: Verdict
+) -> None:
+    """A bit rate that was configured is not activated in LSS waiting."""
+    home, away = _configure_rate(lss, spec)
+    lss.require_waiting()
+
+    lss.activate(away.bitrate)
+    seen = lss.locate(home, away)
+
+    verdict.equal("place after twice the switch delay", str(seen), str(home))
 
 
 def _activates(services: Services) -> bool:
