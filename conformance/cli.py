@@ -19,6 +19,7 @@ from conformance.options import RunOptions
 from conformance.report import catalogue_page
 from conformance.report.console import console
 from conformance.run import Run
+from conformance.simulate_command import simulate
 from conformance.spec.load import load_spec
 from conformance.spec.statements import load_statements
 from conformance.spec_commands import (
@@ -56,6 +57,7 @@ app = typer.Typer(
 app.add_typer(spec_app, name="spec")
 app.command()(mutants)
 app.command()(explore)
+app.command()(simulate)
 
 
 @app.command()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 from conformance.errors import SpecError
@@ -100,6 +100,47 @@ def parse_faults(faults: str | Sequence[str] | None) -> list[str]:
     return [part.strip() for part in parts if part.strip()]
 
 
+def build_devices(
+    names: Sequence[NodeName],
+    *,
+    variant: str | None = None,
+    readings: Mapping[str, int] | None = None,
+    faults: Sequence[str] = (),
+    seed: int = 0,
+    serial_number: int = 1,
+    device_bitrate: int | None = None,
+) -> list[SimulatedDevice]:
+    """Return devices, switched off.
+
+    Args:
+        names: What they are.
+        variant: Of those whose name gives none.
+        readings: Ambiguity id to reading number, for all.
+        faults: Names or paths, for all.
+        seed: Of everything random.
+        serial_number: Of the first one; counted up for the others.
+        device_bitrate: That somebody has set them to, in bit/s; the factory's when None.
+
+    Raises:
+        SpecError: A name, variant, node-ID, bit rate, reading or fault is wrong.
+    """
+    defects = load_faults(faults)
+    specs = {name.spec: load_spec(find("device_specs", name.spec, "channel")) for name in names}
+    return [
+        SimulatedDevice(
+            specs[name.spec],
+            variant=name.variant or variant,
+            node_id=name.node_id,
+            readings=readings,
+            faults=defects,
+            seed=seed + place,
+            serial_number=serial_number + place,
+            bitrate=device_bitrate,
+        )
+        for place, name in enumerate(names)
+    ]
+
+
 def build_bus(
     channel: str,
     *,
@@ -131,20 +172,17 @@ def build_bus(
     names = parse_channel(channel)
     if node_id is not None and len(names) > 1:
         raise SpecError(f"node_id: expected @NODEID behind each name of {channel!r}, got {node_id}")
-    defects = load_faults(faults)
-    devices = [
-        SimulatedDevice(
-            load_spec(find("device_specs", name.spec, "channel")),
-            variant=name.variant or variant,
-            node_id=name.node_id or node_id,
-            readings=readings,
-            faults=defects,
-            seed=seed + place,
-            serial_number=serial_number + place,
-            bitrate=device_bitrate,
-        )
-        for place, name in enumerate(names)
-    ]
+    if node_id is not None and names[0].node_id is None:
+        names = [replace(names[0], node_id=node_id)]
+    devices = build_devices(
+        names,
+        variant=variant,
+        readings=readings,
+        faults=faults,
+        seed=seed,
+        serial_number=serial_number,
+        device_bitrate=device_bitrate,
+    )
     bus = SimulatedBus(devices[0].bitrate)
     for device in devices:
         bus.add_node(device)

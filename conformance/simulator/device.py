@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
 
 from conformance.errors import SpecError
 from conformance.simulator import identity
@@ -18,7 +20,7 @@ from conformance.simulator.live import World
 from conformance.simulator.memory import NonVolatileMemory
 from conformance.simulator.node import Node
 from conformance.spec.load import SpecFile
-from conformance.spec.model import Key
+from conformance.spec.model import Key, address
 from conformance.spec.resolve import chosen_readings
 from conformance.spec.services import BusError
 from conformance.wire import cob_id
@@ -72,6 +74,7 @@ class SimulatedDevice:
         # every reading named, so that no alternatives have to be worked out
         self._readings = chosen_readings(spec_file.document.ambiguities, readings)
         self.faults = faults or Faults()
+        self._made = spec_file
         self._file = spec_file.changed(self.faults.changes)
         self.spec = self._file.resolve(variant, node_id, self._readings)
         self.bitrate = bitrate or self.spec.bitrate
@@ -111,6 +114,27 @@ class SimulatedDevice:
             serial_number=serial_number,
             bitrate=self.bitrate,
         )
+
+    def use_faults(self, faults: Faults) -> None:
+        """Show other defects from the next start on, as another firmware would; to be switched off."""
+        self.faults = faults
+        self._file = self._made.changed(faults.changes)
+        self._lapses = Lapses(faults.lapses)
+        self.spec = self._file.resolve(self.spec.variant, self.node_id, self._readings)
+
+    def held(self) -> dict[str, Any]:
+        """Return what the device holds: node-ID, bit rate, non-volatile memory, changed values."""
+        running = {} if self._firmware is None else self._firmware.node.dictionary.changed()
+        stored = asdict(self.memory)
+        for name in ("values", "agreed"):
+            stored[name] = {address(*key): _plain(it) for key, it in sorted(stored[name].items())}
+        stored["defaults_once"] = sorted(address(*key) for key in stored["defaults_once"])
+        return {
+            "node_id": self.node_id,
+            "bitrate": self.bitrate,
+            "memory": stored,
+            "changed": {address(*key): _plain(it) for key, it in sorted(running.items())},
+        }
 
     def power_on(self, now_ns: int) -> None:
         """Switch the supply on."""
@@ -336,3 +360,7 @@ class SimulatedDevice:
         self._use_spec(node_id)
         values = identity.moved(node.dictionary.changed(), before, self.spec)
         self._run(values).resume(node.state)
+
+
+def _plain(value: Value | None) -> object:
+    return value.hex() if isinstance(value, bytes) else value

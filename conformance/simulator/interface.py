@@ -11,9 +11,10 @@ from typing import Any, Final
 import can
 
 from conformance.errors import SpecError
-from conformance.simulator.bus import SECOND, SimulatedBus
+from conformance.simulator.bus import SimulatedBus
 from conformance.simulator.channel import build_bus, integer, parse_faults, parse_readings, share
 from conformance.simulator.rig import SimulatorRig
+from conformance.simulator.segment import SECOND
 from conformance.simulator.sharing import SharedBus, join, leave
 from conformance.wire.errors import WireError
 from conformance.wire.frame import Frame

@@ -5,9 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from typing import Any
 
-from conformance.simulator.bus import SimulatedBus
 from conformance.simulator.device import SimulatedDevice
+from conformance.simulator.fault_files import load_faults
+from conformance.simulator.segment import Segment
 from conformance.spec.services import BusError
 
 
@@ -15,7 +17,7 @@ class SimulatorRig(ABC):
     """Power and stimulus of a simulated bus."""
 
     @abstractmethod
-    def present(self) -> AbstractContextManager[SimulatedBus]:
+    def present(self) -> AbstractContextManager[Segment]:
         """Hold the bus, caught up with its clock."""
 
     def power_off(self) -> None:
@@ -99,6 +101,24 @@ class SimulatorRig(ABC):
     def clear_error(self, code: int, bit: int | None = None) -> None:
         """Let an error go in all nodes."""
         self._stimulate(lambda node: node.clear_error(code, bit))
+
+    def use_faults(self, names: list[str]) -> None:
+        """Give all nodes these defects instead of those they have, as another firmware would.
+
+        Args:
+            names: As `--fault` takes them; none for nodes as documented.
+        """
+        faults = load_faults(names)
+        with self.present() as segment:
+            for node in segment.nodes:
+                segment.power_off(node)
+                node.use_faults(faults)
+                segment.power_on(node)
+
+    def held(self) -> list[dict[str, Any]]:
+        """Return what each node holds: node-ID, bit rate, non-volatile memory, changed values."""
+        with self.present() as segment:
+            return [node.held() for node in segment.nodes]
 
     def bus_load(self) -> float:
         """Return the share of the last second that frames took, 0.0 to 1.0."""

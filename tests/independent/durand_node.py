@@ -17,7 +17,7 @@ from durand.scheduler import AbstractScheduler, SyncScheduler  # type: ignore[im
 from virtual_time import Station
 
 from conformance.simulator.agenda import Timer
-from conformance.simulator.bus import SECOND
+from conformance.simulator.segment import SECOND
 
 NODE_ID = 0x01
 DEVICE_TYPE = 0x0002_0191

@@ -24,8 +24,9 @@ from canopen.objectdictionary import ObjectDictionary
 from virtual_time import LibraryBus, Notifier, Station
 
 from conformance.resources import data, names
-from conformance.simulator.bus import SECOND, SimulatedBus
+from conformance.simulator.bus import SimulatedBus
 from conformance.simulator.device import SimulatedDevice
+from conformance.simulator.segment import SECOND
 from conformance.spec.eds.writer import to_eds
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec, Entry

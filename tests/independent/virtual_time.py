@@ -17,8 +17,9 @@ import can
 from can.interfaces import BACKENDS
 
 from conformance.simulator.agenda import Agenda
-from conformance.simulator.bus import SECOND, SimulatedBus
+from conformance.simulator.bus import SimulatedBus
 from conformance.simulator.device import SimulatedDevice
+from conformance.simulator.segment import SECOND
 from conformance.simulator.sharing import SharedBus, join, leave
 from conformance.wire.frame import Frame
 

@@ -1,0 +1,1 @@
+"""Simulated devices as a process of their own, in real time."""
