@@ -9,6 +9,7 @@ from functools import partial
 from conformance.simulator.defaults import initial_value
 from conformance.simulator.faults import Faults
 from conformance.simulator.rejection import SdoAbortError
+from conformance.spec.fields import key_of
 from conformance.spec.model import Entry, Key, Range, StateName
 from conformance.wire.abort import AbortCode
 from conformance.wire.datatypes import Value
@@ -56,6 +57,7 @@ class ObjectDictionary:
         self._entries = entries
         self._indices = {index for index, _ in entries}
         self._faults = faults
+        self._unchecked = {key_of(place) for place in faults.accepts_out_of_range_at}
         self._defaults = {
             key: initial_value(entry, serial_number, faults) for key, entry in entries.items()
         }
@@ -242,7 +244,8 @@ class ObjectDictionary:
             self.set(key, kept)
 
     def _check_range(self, entry: Entry, value: Value) -> None:
-        if not isinstance(value, int) or self._faults.accepts_out_of_range:
+        unchecked = self._faults.accepts_out_of_range or entry.key in self._unchecked
+        if not isinstance(value, int) or unchecked:
             return
         _check(self.ranges.get(entry.key, entry.legal), value)
         if entry.limits_by is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 from conformance.simulator.cob_id_rules import CAN_ID, NOT_VALID
@@ -19,6 +20,7 @@ from conformance.wire import emcy
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtState
 
+_MS: Final = 1_000_000
 NO_ERROR: Final = 0x0000
 INHIBIT_UNIT_NS: Final = 100_000
 _FILLING: Final = 0xA5
@@ -145,7 +147,19 @@ class EmcyProducer:
             self._history.enter(code)
             if first or self._tells_each_change:
                 self._send(code)
+                self._tell_again(error)
         self._leave(axis)
+
+    def _tell_again(self, error: Error) -> None:
+        """Tell an error again and again, as only a defective device does."""
+        every_ms = self._node.faults.emcy_every_ms
+        if every_ms is not None:
+            self._node.agenda.after(every_ms * _MS, partial(self._tell_if_present, error))
+
+    def _tell_if_present(self, error: Error) -> None:
+        if error in self._errors and error.code is not None:
+            self._send(error.code)
+            self._tell_again(error)
 
     def tell(self, code: int) -> None:
         """Tell an event that is no error."""
@@ -240,6 +254,8 @@ class EmcyProducer:
             own[place.octet] = self._manufacturer_code() & 0xFF
         if faults.emcy_code_plus_one:
             code += 1
+        if faults.emcy_code_swapped:
+            code = (code & 0xFF) << 8 | code >> 8
         register = self._register() ^ (_FILLING if faults.emcy_wrong_register else 0)
         return emcy.Emergency(code, register, bytes(own))
 

@@ -68,7 +68,9 @@ class HeartbeatProducer:
 
     def _announce(self) -> None:
         node_id = self._node.faults.boot_up_node_id or self._node.node_id
-        frame = encode_heartbeat(Heartbeat(node_id, NmtState.BOOT_UP))
+        as_state = self._node.faults.boot_up == "as-state"
+        told = NmtState.PRE_OPERATIONAL if as_state else NmtState.BOOT_UP
+        frame = encode_heartbeat(Heartbeat(node_id, told))
         for _ in range(2 if self._node.faults.boot_up == "twice" else 1):
             self._node.send(frame)
 
@@ -141,7 +143,9 @@ class HeartbeatProducer:
         if self._node.state not in self._states or self._starves():
             return
         told = self._told if self._node.faults.heartbeat_wrong_state else self._node.state
-        self._node.send(encode_heartbeat(Heartbeat(self._node.node_id, told)))
+        frame = encode_heartbeat(Heartbeat(self._node.node_id, told))
+        octets = self._node.faults.heartbeat_octets
+        self._node.send(Frame(frame.can_id, frame.data[:octets].ljust(octets, b"\0")))
 
     def _starves(self) -> bool:
         """Return whether there is no time for a heartbeat, which may be the end of all."""

@@ -133,6 +133,8 @@ class LiveValues:
         bits = self._counts(entry, follows)
         if self._faults.live_factors:
             bits *= self._factors.get(entry.key, 1.0)
+        if self._faults.live_sign_lost:
+            bits = abs(bits)
         unit = self.units.get(entry.key)
         value = _shown(entry, bits, unit() if unit else 1.0)
         return self._frozen.setdefault(entry.key, value) if self._faults.live_frozen else value

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import partial
 
 from conformance.simulator.node import Node
 from conformance.simulator.rejection import SdoAbortError
@@ -23,6 +24,9 @@ ANSWER_NS = 300_000
 
 BUSY_NS = 2_000_000
 """What a server needs in addition whose answers wait for each other."""
+
+_LATE_NS = 1_000_000_000
+"""How late an answer of a defective server comes."""
 
 _SEGMENT = 7
 _INITIATES = (0x20, 0x40)
@@ -93,7 +97,8 @@ class SdoServer:
             for answer in self._answers_to(data):
                 self._queue(sdo.encode(answer))
         except SdoAbortError as error:
-            self._queue(sdo.encode(self._abort(data, error.code)))
+            if "refuses-silently" not in self._habits:
+                self._queue(sdo.encode(self._abort(data, error.code)))
             self._transfer = None
             self._block.end()
 
@@ -155,13 +160,19 @@ class SdoServer:
 
     def _start_upload(self, key: Key) -> sdo.Response:
         self._transfer = None
-        data = self._node.dictionary.upload(key)
+        data = self._in_order(key, self._node.dictionary.upload(key))
         if 1 <= len(data) <= 4 and not self._comes_in_segments(key):
             size = len(data) if self._tells_size(key) else None
             return sdo.InitiateUploadReply(*key, data, size=size)
         self._transfer = _Upload(key, data)
         size = len(data) + self._faults.sdo_size_wrong
         return sdo.InitiateUploadReply(*key, expedited=False, size=size)
+
+    def _in_order(self, key: Key, data: bytes) -> bytes:
+        """Return octets as they go over the bus: of a number the least significant one first."""
+        entry = self._node.dictionary.entries.get(key)
+        is_number = entry is not None and entry.type.is_integer
+        return data[::-1] if is_number and "swaps-octets" in self._habits else data
 
     def _comes_in_segments(self, key: Key) -> bool:
         entry = self._node.dictionary.entries.get(key)
@@ -209,7 +220,7 @@ class SdoServer:
             raise SdoAbortError(AbortCode.UNKNOWN_COMMAND_SPECIFIER)
         if unsized and "shifts-unsized" in self._habits:
             data = data[1:] + data[:1]
-        self._node.dictionary.download(key, data, padded=unsized)
+        self._node.dictionary.download(key, self._in_order(key, data), padded=unsized)
 
     def _download_segment(self, request: sdo.DownloadSegment) -> sdo.Response:
         download = self._transfer
@@ -258,6 +269,10 @@ class SdoServer:
         if "mixes-answers" in self._habits:
             self._answers = deque((at, it[:4] + data[4:]) for at, it in self._answers)
         due_ns = self._node.agenda.now_ns + self._delay_ns
+        every = self._faults.sdo_delays_every
+        if every is not None and self._count % every == 0:
+            self._node.agenda.after(_LATE_NS, partial(self._send, data))
+            return
         self._answers.append((due_ns, data))
         if self._faults.sdo_answers_twice:
             self._answers.append((due_ns, data))
@@ -270,6 +285,8 @@ class SdoServer:
             data = data[:4] + data[:3:-1]
         if self._faults.sdo_answers_wrong_sub and command in (0x40, 0x60):
             data = data[:3] + bytes(((data[3] + 1) & 0xFF,)) + data[4:]
+        if "tells-next-index" in self._habits and command in (0x40, 0x60):
+            data = data[:1] + bytes(((data[1] + 1) & 0xFF,)) + data[2:]
         if "echoes-data" in self._habits and command == 0x60:
             data = data[:4] + self._heard[4:]
         if "tells-four-octets" in self._habits and data[0] & 0xE3 == 0x43:
@@ -279,6 +296,11 @@ class SdoServer:
     def _send_due(self, due_ns: int) -> None:
         answers = self._answers
         while answers and answers[0][0] <= due_ns:
-            self._node.send(Frame(cob_id.sdo_response(self._node.node_id), answers.popleft()[1]))
+            self._send(answers.popleft()[1])
         if answers:
             self._timer.start(answers[0][0])
+
+    def _send(self, data: bytes) -> None:
+        if "cuts-answers" in self._habits:
+            data = data[:4] + data[4:].rstrip(b"\0")
+        self._node.send(Frame(cob_id.sdo_response(self._node.node_id), data))

@@ -45,6 +45,7 @@ class Tpdo:
         self._inhibit_unit_ns = spec.inhibit_unit_us * _US
         self._event = node.agenda.timer(self._event_due)
         self._inhibited = node.agenda.timer(lambda _due_ns: self._send())
+        self._late = node.agenda.timer(lambda _due_ns: self._trigger())
         self._free_ns = self._run_ns = 0
         self._active = False
         blanks = (key_of(it) for it in node.faults.tpdo_blanks)
@@ -81,6 +82,7 @@ class Tpdo:
         if not active or changed:
             self._event.stop()
             self._inhibited.stop()
+            self._late.stop()
         if active and (changed or not self._active):
             self._start()
         self._active = active
@@ -133,6 +135,8 @@ class Tpdo:
         keys = [((entry.index, entry.sub), entry.bits) for entry in mapped if entry.bits]
         if self._node.faults.tpdo_swaps_mapped_entries and len(keys) > 1:
             keys[0], keys[1] = keys[1], keys[0]
+        if self._node.faults.tpdo_maps_one_less and len(keys) > 1:
+            keys.pop()
         while sum(bits for _, bits in keys) > 64:
             keys.pop()
         return keys
@@ -167,7 +171,11 @@ class Tpdo:
 
     def _event_due(self, due_ns: int) -> None:
         """Send; a period written since the last time counts from here on, or from the next start."""
-        self._trigger()
+        jitter_ns = round(self._node.faults.tpdo_jitter_ms * _MS)
+        if jitter_ns:
+            self._late.start(due_ns + self._node.random.randint(0, jitter_ns))
+        else:
+            self._trigger()
         kept = self._spec.new_event_time == "next-start"
         if not kept and not self._node.faults.tpdo_timer_never_stops:
             self._run_ns = self._period_ns()
@@ -221,7 +229,7 @@ class Tpdo:
         if key not in self._dictionary.entries or key == self._blank:
             return 0
         data = self._dictionary.data(key)
-        if self._reverses("objects"):
+        if self._reverses("objects") or self._node.faults.tpdo_swaps_octets:
             data = data[::-1]
         return int.from_bytes(data, "little") & (1 << bits) - 1
 

@@ -71,6 +71,7 @@ OTHERS = {
     "supply-error-early",
     "supply-restarts-early",
     "tpdo-blanks-one-object",
+    "tpdo-jitter-20-ms",
     "tpdo-sync-off-by-one",
     "tpdo-timer-slow-10-percent",
 }
@@ -181,6 +182,20 @@ def test_a_slow_event_timer_is_slow_by_its_factor(
     tell(bus, "000#010A")
     sent = times(bus, 2.0, "18A")
     assert sent[10] - sent[0] == 1_100_000_000
+
+
+def test_a_jittery_event_timer_is_late_at_random_but_does_not_drift(
+    with_faults: Open, tell: Tell, ask: Ask, times: Times
+) -> None:
+    bus = with_faults("tpdo-jitter-20-ms")
+    ask(bus, "2B 00 18 05 64 00 00 00")
+    start = bus.now() * 1e9
+    tell(bus, "000#010A")
+    late_ms = [
+        (sent - start) / 1e6 - 100 * number for number, sent in enumerate(times(bus, 10, "18A"))
+    ]
+    assert len(late_ms) == 100
+    assert 15 < max(late_ms) < 21
 
 
 def test_a_synchronous_tpdo_comes_one_sync_late(

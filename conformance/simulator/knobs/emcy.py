@@ -24,6 +24,12 @@ class EmcyFaults(Knobs):
     )
     emcy_short: bool = Field(default=False, description="An EMCY ends after the error register.")
     emcy_code_plus_one: bool = False
+    emcy_code_swapped: bool = Field(
+        default=False, description="The error code has its most significant octet first."
+    )
+    emcy_every_ms: Annotated[int, Field(ge=1)] | None = Field(
+        default=None, description="While there is an error it is told again at this period."
+    )
     emcy_wrong_register: bool = Field(
         default=False, description="The error register in an EMCY is not 1001h."
     )

@@ -16,7 +16,7 @@ Command: TypeAlias = Literal[
 class NmtFaults(Knobs):
     """Defects of NMT, boot-up, heartbeat and guarding."""
 
-    boot_up: Literal["sent", "missing", "twice", "late"] = "sent"
+    boot_up: Literal["sent", "missing", "twice", "late", "as-state"] = "sent"
     boot_time_factor: Factor = Field(default=1.0, description="Stretches the time to boot-up.")
     starts_operational: bool = Field(
         default=False, description="Goes to Operational by itself after boot-up."
@@ -69,6 +69,7 @@ class NmtFaults(Knobs):
     heartbeat_ends_when_written_again: bool = Field(
         default=False, description="The time it has already, written again, switches it off."
     )
+    heartbeat_octets: Annotated[int, Field(ge=0, le=8)] = 1
     heartbeat_under_load: Literal["comes", "pauses", "ends"] = Field(
         default="comes", description="What becomes of it while frames for others come in a row."
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from pydantic import Field
 
 from conformance.simulator.knobs.base import Address, Factor, Knobs, State
@@ -20,6 +22,15 @@ class PdoFaults(Knobs):
     )
     tpdo_ignores_sync: bool = False
     tpdo_event_timer_factor: Factor = 1.0
+    tpdo_jitter_ms: Annotated[float, Field(ge=0)] = Field(
+        default=0.0, description="Greatest random delay of what the event timer sends."
+    )
+    tpdo_swaps_octets: bool = Field(
+        default=False, description="Each mapped number has its most significant octet first."
+    )
+    tpdo_maps_one_less: bool = Field(
+        default=False, description="The last of several mapped objects is missing."
+    )
     tpdo_ignores_inhibit_time: bool = False
     tpdo_ignores_bit31: bool = Field(default=False, description="Sends although not valid.")
     tpdo_timer_never_stops: bool = Field(

@@ -11,19 +11,23 @@ from conformance.simulator.knobs.base import Address, Index, Knobs
 SdoHabit: TypeAlias = Literal[
     "answers-client-abort",
     "confirms-unknown",
+    "cuts-answers",
     "drops-segments",
     "echoes-data",
     "hangs-after-short",
     "hears-any-frame",
     "ignores-client-abort",
     "mixes-answers",
+    "refuses-silently",
     "serves-idle-segments",
     "shifts-unsized",
     "sticks-to-transfer",
     "stores-interrupted",
+    "swaps-octets",
     "takes-any-block-size",
     "takes-any-total",
     "tells-four-octets",
+    "tells-next-index",
     "wrong-crc",
 ]
 
@@ -49,6 +53,9 @@ class SdoFaults(Knobs):
     )
     sdo_answers_wrong_sub: bool = Field(
         default=False, description="Answers tell a sub-index one too high."
+    )
+    sdo_delays_every: Annotated[int, Field(ge=2)] | None = Field(
+        default=None, description="Every n-th answer comes a second late."
     )
     sdo_loses_every: Annotated[int, Field(ge=2)] | None = Field(
         default=None, description="Every n-th answer is not sent."
@@ -81,6 +88,9 @@ class SdoFaults(Knobs):
         default=None, description="Confirms downloads (to one object) and keeps the old value."
     )
     accepts_out_of_range: bool = False
+    accepts_out_of_range_at: list[Address] = Field(
+        default=[], description="Entries whose range is not checked."
+    )
     accepts_wrong_length: bool = False
     accepts_read_only: bool = Field(
         default=False, description="Confirms a download to a read-only object and ignores it."

@@ -18,6 +18,9 @@ class SensorFaults(Knobs):
     )
     live_frozen: bool = Field(default=False, description="Measured values keep their first value.")
     live_swaps_axes: bool = Field(default=False, description="X shows Y, and Y shows X.")
+    live_sign_lost: bool = Field(
+        default=False, description="What is negative is shown without its sign."
+    )
     live_negated: bool = Field(default=False, description="Tilt has the wrong sign.")
     live_bias_deg: float = Field(default=0.0, description="Added to every angle.")
     live_most_deg: Factor | None = Field(
