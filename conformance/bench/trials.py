@@ -114,6 +114,32 @@ def observe_kept(node: Node, *, save: bool, power: bool) -> Kept:
         return Kept(settings.found, chosen, settings.read(), _told(node, node.spec.services.store))
 
 
+def observe_defaults_stored(node: Node) -> Kept:
+    """Store other settings, then their defaults again, reset the node, and see what they hold.
+
+    Raises:
+        SetupRefused: The defaults were kept, and yet the node does not take back what it had stored.
+    """
+    seen: list[Kept] = []
+    try:
+        with changed_settings(node, save=True, default_will_do=False) as (settings, changed):
+            chosen = settings.read(settings.write(_defaults(node, changed), changed))
+            settings.save()
+            node.reset()
+            seen.append(Kept(changed, chosen, settings.read()))
+    except SetupRefused:
+        if all(it.after == it.chosen for it in seen):
+            raise
+    return seen[0]
+
+
+def _defaults(node: Node, changed: Values) -> Values:
+    """Return the documented defaults of settings, those aside that have none."""
+    entries = (node.spec.entries[key] for key in changed)
+    known = ((entry, entry.default_value) for entry in entries)
+    return {it.key: it.type.encode(value) for it, value in known if value is not None}
+
+
 @contextmanager
 def stored_value(node: Node, key: Key, value: int) -> Iterator[Settings]:
     """Store one value that may act only afterwards; at the end the node has stored what it had before."""

@@ -14,6 +14,7 @@ from conformance.bench.trials import (
     Restored,
     Unsaved,
     observe_defaults,
+    observe_defaults_stored,
     observe_kept,
     observe_late_restored,
     observe_restored,
@@ -46,6 +47,14 @@ def kept(bench: Bench, node: Node, verdict: Verdict, *, save: bool, power: bool)
     """Return what became of changed settings over a restart."""
     observe = partial(observe_kept, node, save=save, power=power)
     seen = bench.observations.once(f"kept, saved {save}, power {power}", Kept, observe)
+    verdict.shown_in(seen.first, seen.last)
+    return seen.outcome
+
+
+def stored_defaults(bench: Bench, node: Node, verdict: Verdict) -> Kept:
+    """Return what became of defaults that were stored in the place of other values."""
+    observe = partial(observe_defaults_stored, node)
+    seen = bench.observations.once("defaults stored again", Kept, observe)
     verdict.shown_in(seen.first, seen.last)
     return seen.outcome
 

@@ -29,6 +29,11 @@ def stored_settings(spec: DeviceSpec) -> tuple[Case, ...]:
     )
 
 
+def stored_defaults(spec: DeviceSpec) -> Iterable[Case]:
+    """Return those of them that have a documented default."""
+    return (case for case in stored_settings(spec) if case.subject.default is not None)
+
+
 def late_settings(spec: DeviceSpec) -> Iterable[Case]:
     """Return every setting that a store keeps by every reading and that may read as before until then."""
     for entry in spec.entries.values():

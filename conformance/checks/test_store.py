@@ -217,3 +217,17 @@ def test_setting_that_may_act_late_survives_a_reset(
     after = observe_late(node, entry.key, value)
 
     kept.judge_value(verdict, entry, after, {entry.key: entry.type.encode(value)})
+
+
+@requirement(
+    "STO-15", level="manual", cases=("entry", storable.stored_defaults), effects=storable.STORES
+)
+def test_default_that_was_stored_again_survives_a_reset(
+    bench: Bench, node: Node, entry: Entry, verdict: Verdict
+) -> None:
+    """A setting of which another value was stored and then its default holds its default after NMT reset node."""
+    outcome = kept.stored_defaults(bench, node, verdict)
+
+    kept.require_changed(entry, outcome)
+
+    kept.judge_value(verdict, entry, outcome.after, outcome.chosen)
