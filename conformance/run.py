@@ -275,6 +275,7 @@ class Run:
                 "frames_s": round(bench.link.bus_time.frames_s, 3),
                 "taken_s": round(taken_s, 3),
             }
+            self.results.run["timestamps"] = bench.link.stamps.summary()
             self.results.run["frames"] = bench.link.line
             self.results.run["non_volatile_writes"] = bench.non_volatile_writes
             self.results.run["unsolicited_sdo_responses"] = bench.illegal.unsolicited

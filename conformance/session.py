@@ -16,7 +16,7 @@ from conformance.options import RunOptions
 from conformance.report.results import Item
 from conformance.requirements import Case, Requirement
 from conformance.run import Run
-from conformance.verdict import EmptyCheckError, Nonconformity, Verdict
+from conformance.verdict import EmptyCheckError, Nonconformity, Unresolved, Verdict
 
 CHECK_TIMEOUT_S = 120
 _ABSENT = Case("", None, "")
@@ -182,7 +182,7 @@ class ConformanceSession:
                 )
             case pytest.skip.Exception():
                 return self._run.item(requirement, case, "skipped", verdict, str(error.msg))
-            case SetupRefused() | NodeTimeout() | BenchError():
+            case SetupRefused() | NodeTimeout() | BenchError() | Unresolved():
                 reason = str(error)
             case EmptyCheckError():
                 reason = f"defect of the suite: {error}"

@@ -9,16 +9,20 @@ from typing import Literal, TypeAlias, TypeVar
 T = TypeVar("T")
 VerdictWord: TypeAlias = Literal["pass", "fail", "inconclusive", "skipped", "not_applicable"]
 
+_PER_MS = {"ms": 1.0, "s": 1e-3}
+"""Units of time, and what a millisecond is in them."""
+
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """One comparison, in words fit for a report."""
+    """One comparison, in words fit for a report; not resolved where the rig cannot tell."""
 
     quantity: str
     expected: str
     actual: str
     unit: str
     ok: bool
+    resolved: bool = True
 
 
 class Nonconformity(AssertionError):  # noqa: N818 - the word of the trade
@@ -35,14 +39,23 @@ class Nonconformity(AssertionError):  # noqa: N818 - the word of the trade
         )
 
 
+class Unresolved(Exception):  # noqa: N818 - what the rig cannot tell is no error
+    """What was measured is nearer to a limit than the rig's uncertainty."""
+
+
 class EmptyCheckError(Exception):
     """A check ended without having compared anything: a defect of the suite."""
 
 
 @dataclass(slots=True)
 class Verdict:
-    """Collects the measurements of one check; a failed one does not stop the check."""
+    """Collects the measurements of one check; a failed one does not stop the check.
 
+    Args:
+        uncertainty_ms: Returns how far a time may be off, in ms; times are judged with that in mind.
+    """
+
+    uncertainty_ms: Callable[[], float] = lambda: 0.0
     measurements: list[Measurement] = field(default_factory=list)
     readings: dict[str, int] = field(default_factory=dict)
     trace: tuple[int, int] | None = None
@@ -84,32 +97,37 @@ class Verdict:
         tolerance: float,
         *,
         unit: str,
+        over: int = 1,
     ) -> bool:
-        """Judge that each of some figures is within a tolerance of the nominal one."""
+        """Judge that each of some figures is within a tolerance of the nominal one.
+
+        Args:
+            quantity: What it is.
+            actual: The figures.
+            nominal: What they should be.
+            tolerance: How far they may be off.
+            unit: Theirs.
+            over: How many periods a figure is the mean of.
+        """
         expected = f"{nominal:g} {unit} ± {tolerance:g} {unit}"
         if not actual:
             return self._add(quantity, expected, "none seen", unit, ok=False)
         worst = max(range(len(actual)), key=lambda n: abs(actual[n] - nominal))
         of = f" (worst of {len(actual)}, no. {worst + 1})" if len(actual) > 1 else ""
-        return self._add(
-            quantity,
-            expected,
-            f"{actual[worst]:.4g} {unit}{of}",
-            unit,
-            ok=abs(actual[worst] - nominal) <= tolerance,
-        )
+        margin = tolerance - abs(actual[worst] - nominal)
+        return self._measured(quantity, expected, actual[worst], of, margin, unit, over)
 
-    def at_least(self, quantity: str, actual: float, limit: float, *, unit: str) -> bool:
-        """Judge that a figure is not below a limit."""
-        return self._add(
-            quantity, f"at least {limit:g} {unit}", f"{actual:.4g} {unit}", unit, ok=actual >= limit
-        )
+    def at_least(
+        self, quantity: str, actual: float, limit: float, *, unit: str, over: int = 1
+    ) -> bool:
+        """Judge that a figure, the mean of so many periods, is not below a limit."""
+        expected = f"at least {limit:g} {unit}"
+        return self._measured(quantity, expected, actual, "", actual - limit, unit, over)
 
     def at_most(self, quantity: str, actual: float, limit: float, *, unit: str) -> bool:
         """Judge that a figure is not above a limit."""
-        return self._add(
-            quantity, f"at most {limit:g} {unit}", f"{actual:.4g} {unit}", unit, ok=actual <= limit
-        )
+        expected = f"at most {limit:g} {unit}"
+        return self._measured(quantity, expected, actual, "", limit - actual, unit)
 
     def follows(self, ambiguity: str, reading: int) -> None:
         """Note which reading of an ambiguous place the device follows."""
@@ -124,14 +142,52 @@ class Verdict:
 
         Raises:
             Nonconformity: A measurement failed.
+            Unresolved: None failed, but the rig cannot tell whether one did.
             EmptyCheckError: Nothing was measured.
         """
         if not self.measurements:
             raise EmptyCheckError("the check compared nothing")
-        failed = [m for m in self.measurements if not m.ok]
+        failed = [m for m in self.measurements if not m.ok and m.resolved]
         if failed:
             raise Nonconformity(failed)
+        for m in self.measurements:
+            if not m.resolved:
+                raise Unresolved(
+                    f"{m.quantity}: {m.actual} against {m.expected}: nearer to the limit than "
+                    "this bench can tell"
+                )
 
-    def _add(self, quantity: str, expected: str, actual: str, unit: str, *, ok: bool) -> bool:
-        self.measurements.append(Measurement(quantity, expected, actual, unit, ok))
+    def _measured(
+        self,
+        quantity: str,
+        expected: str,
+        actual: float,
+        of: str,
+        margin: float,
+        unit: str,
+        over: int = 1,
+    ) -> bool:
+        """Judge a figure by how far inside its limits it is, negative where it is not."""
+        uncertainty = self.uncertainty_ms() * _PER_MS.get(unit, 0.0) / over
+        words = f" ± {uncertainty:.2g} {unit}" if uncertainty else ""
+        return self._add(
+            quantity,
+            expected,
+            f"{actual:.4g} {unit}{words}{of}",
+            unit,
+            ok=margin >= 0,
+            resolved=not uncertainty or abs(margin) > uncertainty,
+        )
+
+    def _add(
+        self,
+        quantity: str,
+        expected: str,
+        actual: str,
+        unit: str,
+        *,
+        ok: bool,
+        resolved: bool = True,
+    ) -> bool:
+        self.measurements.append(Measurement(quantity, expected, actual, unit, ok, resolved))
         return ok

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from conformance.bench.stamps import Stamps, stamper_of, usual_jitter_ms
 from conformance.effects import Effect, Need
 from conformance.errors import Problem, SpecError
 from conformance.spec.validation import validate
@@ -37,6 +38,7 @@ class BenchDefinition(BaseModel):
         bus_errors: Who destroys frames, so that the device counts errors.
         allow: Effects that checks may have on the device.
         sdo_timeout_s: Longest wait for an SDO response.
+        timestamp_jitter_ms: By how much the adapter's timestamps may be off; the usual when absent.
         boot_up_timeout_s: Longest wait for a boot-up message after a reset.
     """
 
@@ -55,6 +57,7 @@ class BenchDefinition(BaseModel):
     second_node: Literal["none", "simulator"] = "none"
     bus_errors: Literal["none", "simulator"] = "none"
     allow: list[Effect] = ["reads", "writes", "resets"]
+    timestamp_jitter_ms: Annotated[float, Field(ge=0, le=1000)] | None = None
     sdo_timeout_s: Annotated[float, Field(gt=0, le=60)] = 1.0
     boot_up_timeout_s: Annotated[float, Field(gt=0, le=60)] = 5.0
 
@@ -66,6 +69,12 @@ class BenchDefinition(BaseModel):
     def allows(self, effects: Iterable[Effect]) -> bool:
         """Tell whether checks may have some effects on the device."""
         return set(effects) <= set(self.allow)
+
+    def stamps(self) -> Stamps:
+        """Return what is known about the times of frames before any came."""
+        stamper = stamper_of(self.interface)
+        jitter_ms = self.timestamp_jitter_ms
+        return Stamps(stamper, usual_jitter_ms(stamper) if jitter_ms is None else jitter_ms)
 
     @property
     def switches_supply(self) -> bool:

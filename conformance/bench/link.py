@@ -12,6 +12,7 @@ import can
 
 from conformance.bench.bus_time import BusTime
 from conformance.bench.rig import SimulatedRig
+from conformance.bench.stamps import SLICE_S, Stamps, WallClock
 from conformance.bench.trace import Trace
 from conformance.errors import BenchError
 from conformance.wire.errors import WireError
@@ -44,6 +45,7 @@ class Stamped:
         line: Its line in the trace.
         place: Its place in the sequence of frames since the last `forget`, a mark.
         received: False for a frame that the bench sent.
+        late_ms: By how much the timestamp may be late, in ms.
     """
 
     frame: Frame
@@ -51,6 +53,7 @@ class Stamped:
     line: int
     place: int
     received: bool
+    late_ms: float = 0.0
 
 
 class Link:
@@ -64,6 +67,10 @@ class Link:
         trace: Where every frame is recorded.
         bitrate: In bit/s.
         reopen: Opens the bus again at a bit rate; None where the bit rate is not ours to set.
+        stamps: What is known about the times of frames; all when None, as of a simulated bus.
+
+    Attributes:
+        interventions: How often the bench had its hands on what is around the node.
     """
 
     def __init__(
@@ -72,6 +79,7 @@ class Link:
         trace: Trace,
         bitrate: int,
         reopen: Callable[[int], can.BusABC] | None = None,
+        stamps: Stamps | None = None,
     ) -> None:
         self._bus = bus
         self._trace = trace
@@ -81,6 +89,10 @@ class Link:
         self.now: Callable[[], float] = self.rig.now if self.rig else time.monotonic
         self._offset_s = 0.0 if self.rig else time.time() - time.monotonic()
         self._least_late_s = -math.inf
+        self.stamps = stamps or Stamps("bus", 0.0)
+        self.stamps.nothing(self.now())
+        self._clock = WallClock() if self.rig is None else None
+        self.interventions = 0
         self.bus_time = BusTime(bitrate)
 
     def use_bitrate(self, bitrate: int) -> None:
@@ -146,11 +158,7 @@ class Link:
         start_s = now_s = self.now()
         while True:
             remaining_s = max(0.0, deadline - now_s)
-            try:
-                message = self._bus.recv(remaining_s)
-            except (can.CanError, OSError) as error:
-                raise BenchError(f"the adapter stopped receiving: {error}") from error
-            now_s = self.now()
+            message, now_s = self._take(remaining_s, now_s)
             if message is None:
                 if remaining_s <= CLOCK_STEP_S or now_s >= deadline:
                     self.bus_time.awaited(start_s, deadline)
@@ -158,14 +166,37 @@ class Link:
                 continue
             if message.is_error_frame or message.is_fd or not message.is_rx:
                 continue
-            stamped = self._received(message)
-            end_s = message.timestamp - self._least_late_s if self.rig is None else stamped.time_s
+            stamped = self._received(message, now_s)
+            end_s = stamped.time_s
+            if self.rig is None:
+                end_s -= self._offset_s if self.stamps.by_host else self._least_late_s
             self.bus_time.received(stamped.frame, start_s, end_s)
             return stamped
 
-    def _received(self, message: can.Message) -> Stamped:
-        if self.rig is None:
-            self._offset_s = message.timestamp - self.now()
+    def _take(self, wait_s: float, now_s: float) -> tuple[can.Message | None, float]:
+        """Return what the adapter has, waiting a while if need be, and when it was taken over.
+
+        Raises:
+            BenchError: The adapter failed, or the computer slept.
+        """
+        if self.stamps.by_host:
+            wait_s = min(wait_s, SLICE_S)
+        try:
+            message = self._bus.recv(wait_s)
+        except (can.CanError, OSError) as error:
+            raise BenchError(f"the adapter stopped receiving: {error}") from error
+        if message is None:
+            self.stamps.nothing(now_s + wait_s)
+        if self._clock is not None:
+            self._clock.look()
+        return message, self.now()
+
+    def _received(self, message: can.Message, now_s: float) -> Stamped:
+        time_s = message.timestamp
+        if self.stamps.by_host:
+            time_s = now_s + self._offset_s
+        elif self.rig is None:
+            self._offset_s = message.timestamp - now_s
             self._least_late_s = max(self._least_late_s, self._offset_s)
         try:
             frame = Frame(
@@ -177,13 +208,16 @@ class Link:
             )
         except WireError as error:
             raise BenchError(f"the adapter handed over what is no CAN frame: {error}") from error
-        return self._keep(frame, message.timestamp, received=True)
+        late_ms = self.stamps.late_ms(now_s, self._duration_s(frame))
+        return self._keep(frame, time_s, received=True, late_ms=late_ms)
 
-    def _keep(self, frame: Frame, time_s: float, *, received: bool) -> Stamped:
+    def _keep(
+        self, frame: Frame, time_s: float, *, received: bool, late_ms: float = 0.0
+    ) -> Stamped:
         if len(self._frames) >= MOST_KEPT:
             raise BenchError(f"{MOST_KEPT} frames within one check: something floods the bus")
         line = self._trace.add(time_s, frame, received=received)
-        stamped = Stamped(frame, time_s, line, len(self._frames), received)
+        stamped = Stamped(frame, time_s, line, len(self._frames), received, late_ms)
         self._frames.append(stamped)
         return stamped
 
@@ -194,6 +228,10 @@ class Link:
     def since(self, mark: int, match: Match) -> list[Stamped]:
         """Return the frames received since a mark that match."""
         return [f for f in self._frames[mark:] if f.received and match(f.frame)]
+
+    def sent(self, match: Match) -> list[Stamped]:
+        """Return the frames that the bench sent since the last `forget` that match."""
+        return [f for f in self._frames if not f.received and match(f.frame)]
 
     def wait(self, match: Match, timeout_s: float, mark: int | None = None) -> Stamped | None:
         """Return the first matching frame since a mark, waiting for it if need be.
@@ -263,6 +301,10 @@ class Link:
                     break
                 rank = priority(other.frame)
         return begin_s - earliest_s
+
+    def uncertainty_ms(self) -> float:
+        """Return how far the time between two frames received since the last `forget` may be off, in ms."""
+        return max((it.late_ms for it in self._frames if it.received), default=0.0)
 
     def _duration_s(self, frame: Frame) -> float:
         return bit_length(frame) / self.bus_time.bitrate

@@ -71,6 +71,7 @@ class Bench:
             Trace(trace),
             bitrate,
             open_at if definition.sets_bitrate else None,
+            definition.stamps(),
         )
         return cls(definition, spec, link)
 

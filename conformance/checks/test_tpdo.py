@@ -142,6 +142,7 @@ def test_event_timer_sets_the_period(
         timer.period_ms,
         mean_tolerance_ms(timer.period_ms),
         unit="ms",
+        over=periods,
     )
 
 

@@ -152,6 +152,7 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     terminal.say(f"{word}: {_counts(results)}", style=style)
     terminal.say(_times(results))
     _response_times(results, terminal)
+    _timestamps(results, terminal)
     terminal.say(f"record: {directory} (results.json, junit.xml, trace.log)")
 
 
@@ -244,6 +245,12 @@ def _response_times(results: Results, terminal: Terminal) -> None:
             f"99 % within {times['p99_ms']} ms, at most {times['max_ms']} ms "
             f"({times['max_object']})"
         )
+
+
+def _timestamps(results: Results, terminal: Terminal) -> None:
+    stamps = results.run.get("timestamps")
+    if isinstance(stamps, dict) and stamps["late_ms"]:
+        terminal.say(f"timestamps by the {stamps['by']}, up to {stamps['late_ms']:.2g} ms late")
 
 
 def _many(count: int, noun: str) -> str:
