@@ -281,8 +281,9 @@ class Run:
             self.results.run["unsolicited_sdo_responses"] = bench.illegal.unsolicited
             self.results.run["improper_sdo_responses"] = bench.illegal.improper
             self.results.run["improper_heartbeats"] = bench.illegal.error_control
-            if words := str(bench.illegal):
-                self.results.illegal = f"the node sent what no node may: {words}"
+            self.results.run["restarts"] = bench.illegal.restarts
+            self.results.run["unanswered_sdo_requests"] = bench.illegal.unanswered
+            self.results.illegal = str(bench.illegal)
             self.results.run["sdo_response_times"] = dict(bench.channel.times.summary())
             try:
                 bench.close()

@@ -130,6 +130,7 @@ class AsFound:
             if _is_setting(entry):
                 transfer = node.sdo.upload(*entry.key)
                 if not transfer.answered:
+                    node.channel.unanswered += 1
                     raise NodeTimeout(f"node {node.node_id}: upload of {entry.address}: {transfer}")
                 held[entry.key] = str(transfer) if transfer.data is None else transfer.data
         return held

@@ -25,6 +25,7 @@ class SdoChannel:
     Attributes:
         request_id: The identifier of requests to the node.
         response_id: The identifier of its responses.
+        unanswered: Requests of the set-up, which every node answers, without a response.
     """
 
     def __init__(self, link: Link, node_id: int, timeout_s: float) -> None:
@@ -39,6 +40,7 @@ class SdoChannel:
         self._in_block = False
         self.unsolicited = 0
         self.improper = 0
+        self.unanswered = 0
         self.in_vain = 0
         self.times = ResponseTimes()
 

@@ -84,7 +84,10 @@ class Node:
         if transfer.data is None:
             name = entry.address if entry is not None else address(index, sub)
             what = f"node {self.node_id}: upload of {name}: {transfer}"
-            raise SetupRefused(what) if transfer.answered else NodeTimeout(what)
+            if transfer.answered:
+                raise SetupRefused(what)
+            self.channel.unanswered += 1
+            raise NodeTimeout(what)
         if not transfer.sized and entry is not None and entry.type.size is not None:
             return transfer.data[: entry.type.size]
         return transfer.data
@@ -283,7 +286,11 @@ class Node:
 
     def is_error_control(self, frame: Frame) -> bool:
         """Tell whether a frame is on the node's heartbeat identifier."""
-        return frame.can_id == cob_id.heartbeat(self.node_id) and not frame.remote
+        return (
+            frame.can_id == cob_id.heartbeat(self.node_id)
+            and not frame.remote
+            and not frame.extended
+        )
 
     # Being there
 

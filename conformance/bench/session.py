@@ -112,7 +112,7 @@ class Bench:
         if doubtful and not node.answers():
             node.recover()
         self.channel.settle()
-        self.illegal.look(self.link, self.channel)
+        self.illegal.look(self.link, node)
         if self.channel.in_vain >= MOST_IN_VAIN:
             raise NodeTimeout(f"node {node.node_id} does not end its uploads")
 

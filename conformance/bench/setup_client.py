@@ -47,6 +47,7 @@ class PumpedSdoClient(SdoClient):
         """Return the next response of the node."""
         received = self._channel.receive()
         if received is None:
+            self._channel.unanswered += 1
             raise SdoCommunicationError("no SDO response")
         data = received.frame.data.ljust(8, b"\0")
         if data[0] == 0x80:

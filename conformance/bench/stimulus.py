@@ -84,6 +84,7 @@ class Stimulus:
     def _rig(self) -> SimulatedRig:
         if self._link.rig is None:
             raise SetupRefused("the bench cannot change what is around the device")
+        self._link.interventions += 1
         return self._link.rig
 
     def _settle(self) -> None:

@@ -84,7 +84,7 @@ class Results:
         strict: Deviations at level ``should`` count.
         aborted: Why the run ended early, empty if it did not.
         left_changed: What the run did not leave as it was, empty if all is.
-        illegal: What the node sent that no node may, empty if nothing.
+        illegal: What the node did that no node may, empty if nothing.
         scanned: What a walk over the object dictionary found; None without one.
     """
 

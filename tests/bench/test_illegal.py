@@ -1,9 +1,42 @@
-"""What a node may never send keeps a run from conforming, whatever it judges; what never ends is ended."""
+"""What a node may never do keeps a run from conforming, whatever it judges; what never ends is ended."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
+
+import pytest
+
+from conformance.bench.definition import load_bench
+from conformance.bench.session import Bench
+from conformance.bench.settling import Settling
+from conformance.bench.stimulus import Stimulus
+from conformance.resources import data
+from conformance.spec.load import load_spec
+from conformance.wire.nmt import NmtCommand
+
+HEARTBEAT = (0x1017, 0)
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    """Return a bench with a node that was found."""
+    path = data("device_specs") / "siko_ims360.yaml"
+    definition = load_bench(data("fixtures/benches") / "simulator.yaml")
+    options = {"channel": str(path)}
+    opened = Bench.open(definition, load_spec(path).resolve(), options, tmp_path / "trace.log")
+    opened.find_node()
+    yield opened
+    opened.close()
+
+
+def restart(bench: Bench) -> None:
+    """Let the node restart behind the back of the bench, and wait until it has."""
+    assert bench.link.rig is not None
+    bench.link.rig.power_off()
+    bench.link.rig.power_on()
+    bench.link.listen(1.0, lambda _: False)
 
 
 def test_answers_that_nobody_asked_for_conform_to_nothing(judge: Callable[..., Any]) -> None:
@@ -37,3 +70,65 @@ def test_uploads_that_never_end_take_no_long_time(judge: Callable[..., Any]) -> 
     assert finished.code == 1
     assert "OD-02/1008h" in finished.items("fail")
     assert finished.record["run"]["frames"] < 50_000
+
+
+def test_a_restart_that_nothing_led_to_is_counted(bench: Bench) -> None:
+    node = bench.node()
+    node.download(*HEARTBEAT, 100)
+    restart(bench)
+    bench.done(node, doubtful=False)
+
+    assert str(bench.illegal) == "the node restarted by itself"
+
+
+def test_a_restart_before_the_bench_resets_the_node_is_counted(bench: Bench) -> None:
+    node = bench.node()
+    restart(bench)
+    node.nmt(NmtCommand.RESET_NODE)
+    bench.link.listen(1.0, lambda _: False)
+    bench.done(node, doubtful=False)
+
+    assert bench.illegal.restarts == 1
+
+
+@pytest.mark.parametrize("command", [NmtCommand.RESET_NODE, NmtCommand.RESET_COMMUNICATION])
+def test_a_restart_by_command_is_not_counted(bench: Bench, command: NmtCommand) -> None:
+    for wait_s in (0.0, 1.0):
+        node = bench.node()
+        if not wait_s:
+            node.nmt(command)
+        bench.link.listen(wait_s, lambda _: False)
+        bench.done(node, doubtful=False)
+
+    assert str(bench.illegal) == ""
+
+
+def test_a_restart_by_the_supply_is_not_counted(bench: Bench) -> None:
+    node = bench.node()
+    node.power_cycle()
+    bench.done(node, doubtful=False)
+    node = bench.node()
+    Stimulus(bench.link, Settling(node)).supply(24.0)
+    restart(bench)
+    bench.done(node, doubtful=False)
+
+    assert str(bench.illegal) == ""
+
+
+def test_an_object_of_the_manufacturer_may_restart_the_node(bench: Bench) -> None:
+    node = bench.node()
+    node.download(0x2001, 0, node.number(0x2001))
+    restart(bench)
+    bench.done(node, doubtful=False)
+
+    assert bench.illegal.restarts == 0
+
+
+def test_requests_of_the_set_up_left_unanswered_conform_to_nothing(
+    judge: Callable[..., Any],
+) -> None:
+    finished = judge("--fault", "sdo-loses-answers", "--select", "BOOT-01")
+
+    assert finished.code == 2
+    assert finished.record["run"]["unanswered_sdo_requests"] > 0
+    assert "request of the set-up unanswered" in finished.record["summary"]["illegal"]

@@ -185,10 +185,8 @@ class Garbage(Mischief):
         ]
 
 
-class RightLookingGarbage(Garbage):
+class RightLookingGarbage(Mischief):
     """Answers SDO requests with the right command and object, and anything behind them."""
-
-    everything = False
 
     def change(self, frame: Frame) -> Iterable[Frame]:
         if not self.is_answer(frame):
