@@ -140,6 +140,10 @@ class BlockPort:
             if not isinstance(ack, sdo.BlockDownloadSubAck) or ack.ack_sequence != len(block):
                 return _ended(answer, f"the confirmation of {len(block)} segments")
             block_size = ack.block_size
+            if pieces and not 1 <= block_size <= _MOST_PER_BLOCK:
+                return Transfer(
+                    fault=f"asked for {block_size} segments in the next block: {answer}"
+                )
         unused = -len(data) % _SEGMENT
         crc = sdo.crc16_ccitt(data) if reply.crc else 0
         answer = self._sdo.ask(sdo.BlockDownloadEnd(unused, crc))
