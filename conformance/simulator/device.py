@@ -19,6 +19,7 @@ from conformance.simulator.lights import is_lit
 from conformance.simulator.live import World
 from conformance.simulator.memory import NonVolatileMemory
 from conformance.simulator.node import Node
+from conformance.spec.bit_rates import documented_rates
 from conformance.spec.load import SpecFile
 from conformance.spec.model import Key, address
 from conformance.spec.resolve import chosen_readings
@@ -80,8 +81,8 @@ class SimulatedDevice:
         self.bitrate = bitrate or self.spec.bitrate
         self.memory = NonVolatileMemory(serial_number, self.spec.node_id, self.bitrate)
         identity.remember_node_id(self.spec, self.memory, self.spec.node_id)
-        if bitrate is not None:
-            identity.remember_bitrate(self.spec, self.memory, bitrate)
+        if bitrate is not None or self.bitrate in documented_rates(self.spec):
+            identity.remember_bitrate(self.spec, self.memory, self.bitrate)
         self.world = World()
         self.powered = False
         self._random = random.Random(seed)  # noqa: S311 - repeatable defects, no secrets

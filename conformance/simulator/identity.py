@@ -139,6 +139,8 @@ def observe_identity(
             if service.effective.startswith("after-store") and moment == "documented":
                 continue
             at_once = "at-once" in (moment, service.effective)
+            if entry.persistent is False and not at_once:
+                continue
             act = _switch(node, entry, use) if at_once else _remember_at(memory, entry)
             node.dictionary.observers[entry.key].append(act)
 

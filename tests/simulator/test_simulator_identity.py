@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import pytest
 
+from conformance.simulator.fault_files import load_faults
+
 if TYPE_CHECKING:
     from tests.simulator.conftest import Wired
 
@@ -230,3 +232,21 @@ def test_the_inhibit_time_may_change_while_valid_with_everything_else(ims: Build
     device = ims({"IMS-35": 2})
     assert device.write("0x1800:3", 10) == "ok"
     assert device.write("0x1A00:0", 0).startswith("abort"), "everything but the mapping"
+
+
+@pytest.mark.parametrize("address", ["0x20F0", "0x20F1"])
+def test_a_node_id_of_which_one_object_is_not_kept_does_not_count(dst: Build, address: str) -> None:
+    device = dst(faults=load_faults([f"objects/{address}/persistent=false"]))
+    device.set(x20F0=6, x20F1=6)
+    assert device.reset() == ["77F#00"]
+
+
+@pytest.mark.parametrize(("address", "default"), [("0x2100", 4), ("0x2101", 2)])
+def test_a_device_with_another_default_is_delivered_where_others_are(
+    gim: Build, address: str, default: int
+) -> None:
+    device = gim(faults=load_faults([f"objects/{address}/default={default}"]))
+    assert (device.device.node_id, device.device.bitrate) == (1, 250_000)
+    device.load()
+    device.reset()
+    assert device.read(int(address, 16)) == default
