@@ -9,7 +9,9 @@ from typing import Literal, TypeAlias
 
 from conformance.bench.node import Node
 from conformance.bench.reach import Astray, Place, Reach, is_any_boot_up
+from conformance.bench.settings import Settings
 from conformance.errors import NodeTimeout, SetupRefused
+from conformance.spec.document import Store
 from conformance.spec.model import Key
 
 Step: TypeAlias = Literal["write", "store", "reset", "power cycle"]
@@ -116,6 +118,64 @@ def _do(reach: Reach, node: Node, move: Move, step: Step) -> Place | None:
         case "power cycle":
             return reach.power_cycle(node, *places)
     return reach.find(node, reach.here, *places)
+
+
+@dataclass(frozen=True, slots=True)
+class Restoring:
+    """How a restore is tried that may bring back how the node is reached.
+
+    Args:
+        service: The restore service.
+        sub: Its sub-index.
+        defaults: Where it may lead, the likeliest first.
+        save: By some reading the settings are stored before the restart.
+    """
+
+    service: Store
+    sub: int
+    defaults: tuple[Place, ...]
+    save: bool
+
+
+def observe_restored_place(reach: Reach, node: Node, move: Move, restoring: Restoring) -> Place:
+    """Move the node, restore and restart it; return where it is then, before all is put back.
+
+    Raises:
+        SetupRefused: The node does not go there, or a place is another node's.
+        NodeTimeout: It is found nowhere any more.
+    """
+    settings = Settings(node)
+    try:
+        settings.begin()
+        reach.begin(node)
+        try:
+            for place in (move.to, *restoring.defaults):
+                _require_free(reach, node, place)
+            there = [_do(reach, node, move, step) for step in move.steps][-1]
+            if there != move.to and there not in restoring.defaults:
+                raise SetupRefused(f"the node does not go to {move.to}, see NID-01 and BIT-01")
+            return _restored(reach, node, move, restoring)
+        finally:
+            reach.bring_home(node)
+    finally:
+        settings.put_back()
+
+
+def _restored(reach: Reach, node: Node, move: Move, restoring: Restoring) -> Place:
+    """Restore and restart; with a store before it where that may be needed and nothing happened."""
+    places = *restoring.defaults, move.to, reach.home
+    restart = reach.power_cycle if "power cycle" in move.steps else reach.reset
+    found: Place | None = None
+    for save in (False, True) if restoring.save else (False,):
+        node.download(restoring.service.object, restoring.sub, restoring.service.word)
+        if save:
+            node.save({index for index, _ in move.keys})
+        found = restart(node, *places) or reach.search(node, *places)
+        if found != move.to:
+            break
+    if found is None:
+        raise NodeTimeout("the node is found nowhere after a restore")
+    return found
 
 
 def observe_illegal(reach: Reach, node: Node, move: Move, values: Iterable[bytes]) -> list[bool]:

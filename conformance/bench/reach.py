@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from conformance.bench.channel import SdoChannel
@@ -114,13 +114,11 @@ class Reach:
 
         Raises:
             SetupRefused: The adapter does not take the bit rate; the bench stays where it is.
-            BenchError: It does not take the former one any more either.
         """
         if place.bitrate != self.here.bitrate:
             try:
                 self._link.use_bitrate(place.bitrate)
             except BenchError as error:
-                self._link.use_bitrate(self.here.bitrate)
                 raise SetupRefused(str(error)) from error
         if place != self.home:
             self._visited[place] = None
@@ -170,6 +168,10 @@ class Reach:
             node.hold_back()
         return found
 
+    def expect(self, held: Mapping[Key, bytes]) -> None:
+        """Take it that `begin` was called when the node held this, by somebody who is gone."""
+        self._found = {key: held[key] for key in self._objects() if key in held}
+
     # And back
 
     @uninterrupted()
@@ -199,7 +201,7 @@ class Reach:
     def _back(
         self, node: Node, places: tuple[Place, ...], write: Callable[[], None] | None
     ) -> None:
-        if self.find(node, *places) is None and not self._search(node, places):
+        if self.find(node, *places) is None and self.search(node, *places) is None:
             raise NodeTimeout(f"the node answers neither as {' nor as '.join(map(str, places))}")
         self.reset(node, *dict.fromkeys((self.here, *places)))
         if self._is_home(node):
@@ -211,24 +213,32 @@ class Reach:
         if not self._is_home(node) and self._link.rig is not None:
             self.power_cycle(node, self.home, *places)
         if not self._is_home(node):
-            answers = node.answers() or self._search(node, places)
+            answers = node.answers() or self.search(node, *places) is not None
             if answers and self.here != self.home:
                 raise Astray(self.home, self.here)
             raise NodeTimeout(f"the node does not come back as {self.home}")
 
-    def _search(self, node: Node, places: tuple[Place, ...]) -> bool:
-        """Look for the node at any node-ID when it starts anew, where the bench can make it."""
+    def search(self, node: Node, *places: Place) -> Place | None:
+        """Look for the node at any node-ID when it starts anew, where the bench can make it.
+
+        Args:
+            node: The node under test.
+            places: Those of the likeliest bit rates, which are tried first.
+
+        Returns:
+            The place, to which the bench has gone; None where there is none.
+        """
         if self._link.rig is None:
-            return False
+            return None
         visited = [place.bitrate for place in places]
         for bitrate in dict.fromkeys((*visited, *documented_rates(self._spec))):
             self.go(Place(self.home.node_id, bitrate))
             mark = node.begin_power_cycle()
             seen = self._link.wait(is_any_boot_up, self._timeout_s, mark)
             if seen is not None:
-                self.go(Place(seen.frame.can_id - _ERROR_CONTROL, bitrate))
-                return True
-        return False
+                self.go(Place(node_id_of(seen.frame), bitrate))
+                return self.here
+        return None
 
     def _write_back(self, node: Node) -> None:
         """Write back what the objects held; after each the node may be home already."""
@@ -252,6 +262,11 @@ class Reach:
     def _reads(self, key: Key) -> bool:
         entry = self._spec.entry(*key)
         return entry is not None and entry.readable and entry.writable
+
+
+def node_id_of(boot_up: Frame) -> int:
+    """Return the node-ID of a boot-up message."""
+    return boot_up.can_id - _ERROR_CONTROL
 
 
 def is_any_boot_up(frame: Frame) -> bool:

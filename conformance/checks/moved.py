@@ -8,10 +8,12 @@ from functools import partial
 from conformance.bench.moves import (
     Move,
     Moved,
+    Restoring,
     observe_aliases,
     observe_illegal,
     observe_move,
     observe_refused,
+    observe_restored_place,
 )
 from conformance.bench.node import Node
 from conformance.bench.reach import AT_ONCE_S, Astray, Place
@@ -23,6 +25,8 @@ from conformance.checks.moving import (
     followed,
     followers,
     place_at_once,
+    restored_places,
+    restoring_sub,
     steps,
 )
 from conformance.errors import SetupRefused
@@ -43,7 +47,7 @@ def moved(
     """Return what came of a new node-ID or bit rate, tried once in a run."""
     made = steps(node.spec, change.setting, save=save)
     data = node.spec.entries[change.keys[0]].type.encode(change.value)
-    watched = tuple(entry.key for entry in followers(node.spec))
+    watched = (*(entry.key for entry in followers(node.spec)), *change.keys)
     move = Move(change.keys, data, change.place(bench.reach.home), made, watched)
     observe = partial(observe_move, bench.reach, node, move)
     name = f"{change.setting} {change.figure}, saved {save}"
@@ -111,6 +115,52 @@ def judge_way_back(
         raise Astray(home, outcome.astray)
 
     verdict.equal("place after the way back", str(outcome.astray or home), str(home))
+
+
+def judge_held(bench: Bench, node: Node, verdict: Verdict, entry: Entry, change: Change) -> None:
+    """Judge that an object holds the node-ID or bit rate at which the node is, if it moved as it must.
+
+    Raises:
+        SetupRefused: The node is where no reading of the manual has it.
+    """
+    outcome = moved(bench, node, verdict, change, save=True)
+    made = steps(node.spec, change.setting, save=True)
+
+    here = outcome.places[-1]
+    if here not in {places[-1] for places in allowed(node.spec, change, made, outcome.home)}:
+        raise SetupRefused("the node is not where it must be, see NID-01 and BIT-01")
+    away = here == change.place(outcome.home)
+    before, after = (_number(entry, it[entry.key]) for it in (outcome.before, outcome.after))
+    verdict.equal(f"value of {entry.address}", after, change.value if away else before)
+
+
+def judge_restored(bench: Bench, node: Node, verdict: Verdict, change: Change) -> None:
+    """Judge where a node is that was moved and restored: at its default, or where it was moved to.
+
+    Raises:
+        SetupRefused: There is no restore.
+    """
+    spec, home = node.spec, bench.reach.home
+    restore, sub = spec.services.restore, restoring_sub(spec, change)
+    if restore is None or sub is None:
+        raise SetupRefused("the manual documents no restore")
+    data = spec.entries[change.keys[0]].type.encode(change.value)
+    made = steps(spec, change.setting, save=True)
+    every = [services.restore for services, _ in spec.services_readings]
+    save = any(it is not None and it.effective != "after-reset" for it in every)
+    places = restored_places(spec, change, sub, home)
+    ends = {seen[-1]: other for seen, other in allowed(spec, change, made, home).items()}
+    if home in ends:  # by a reading it has not moved
+        places.setdefault(home, ends[home])
+
+    move = Move(change.keys, data, change.place(home), made)
+    restoring = Restoring(restore, sub, tuple(places), save)
+    found = observe_restored_place(bench.reach, node, move, restoring)
+
+    verdict.one_of("place after a restore", str(found), [str(it) for it in places])
+    other = places.get(found)
+    if other is not None:
+        verdict.follows(other.ambiguity, other.reading)
 
 
 def judge_follower(verdict: Verdict, entry: Entry, outcome: Moved) -> None:

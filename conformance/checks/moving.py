@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from itertools import product
 from typing import Literal, TypeAlias
 
 from conformance.bench.moves import (
@@ -113,6 +114,18 @@ def aliases(setting: Setting) -> Cases:
                 if case.subject.keys[0] in keys:
                     change = Change(setting, keys, case.subject.value, case.subject.figure)
                     yield Case(case.label, (name, change), rule.source, case.effects)
+
+    return generate
+
+
+def held(cases: Cases) -> Cases:
+    """Return a case for each object, aliases and partners included, that holds what a case changes."""
+
+    def generate(spec: DeviceSpec) -> Iterable[Case]:
+        for case in cases(spec):
+            for entry in (spec.entries[key] for key in case.subject.keys):
+                if all(reading.readable for reading in entry.readings):
+                    yield Case(entry.address, (entry, case.subject), entry.source, case.effects)
 
     return generate
 
@@ -233,6 +246,62 @@ def place_at_once(spec: DeviceSpec, entry: Entry, value: int, home: Place) -> Pl
             if service is not None and at_once and holds(spec, entry, service):
                 return place
     return None
+
+
+# Where a restore leads
+
+
+def restored(cases: Cases) -> Cases:
+    """Return those cases of a new node-ID or bit rate whose documented default a restore brings back."""
+
+    def generate(spec: DeviceSpec) -> Iterable[Case]:
+        for case in cases(spec):
+            default = spec.entries[case.subject.keys[0]].default
+            sub = restoring_sub(spec, case.subject)
+            if sub is not None and isinstance(default, int) and default != case.subject.value:
+                yield case
+
+    return generate
+
+
+def restoring_sub(spec: DeviceSpec, change: Change) -> int | None:
+    """Return the sub-index of restore that acts on an object by the most readings, None without one."""
+    index, restore = change.keys[0][0], spec.services.restore
+    every = [services.restore for services, _ in spec.services_readings]
+    acting = {
+        sub: sum(it is not None and it.covers(sub, index) for it in every)
+        for sub in (restore.groups if restore is not None else ())
+    }
+    return max(acting, key=lambda sub: acting[sub]) if any(acting.values()) else None
+
+
+def restored_places(
+    spec: DeviceSpec, change: Change, sub: int, home: Place
+) -> dict[Place, OtherServices | None]:
+    """Return where a node may be that was moved and restored, and by which reading.
+
+    A restore that brings one of node-ID and bit rate back may bring the other.
+    """
+    to = change.place(home)
+    found: dict[Place, OtherServices | None] = {}
+    for services, other in spec.services_readings:
+        node_ids = _restored(spec, services, "node_id", sub) or [to.node_id]
+        rates = _restored(spec, services, "bitrate", sub) or [to.bitrate]
+        for place in (Place(*it) for it in product(node_ids, rates)):
+            found.setdefault(place, other)
+    return found
+
+
+def _restored(spec: DeviceSpec, services: Services, setting: Setting, sub: int) -> list[int]:
+    """Return the documented defaults of a node-ID or bit rate that a reading restores."""
+    service: Changeable | None = getattr(services, setting)
+    entry = None if service is None else spec.entry(service.object)
+    restore = services.restore
+    if entry is None or restore is None or not restore.covers(sub, entry.index):
+        return []
+    known = ((it, it.default) for it in entry.readings if isinstance(it.default, int))
+    figures = (value if setting == "node_id" else bits_per_second(it, value) for it, value in known)
+    return list(dict.fromkeys(figures))
 
 
 # What follows the node-ID

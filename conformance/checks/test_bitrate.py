@@ -7,6 +7,7 @@ from conformance.bench.session import Bench
 from conformance.checks import moved, moving
 from conformance.checks.moving import Change
 from conformance.requirements import requirement
+from conformance.spec.model import Entry
 from conformance.verdict import Verdict
 
 EFFECTS = moving.effects("bitrate")
@@ -71,3 +72,28 @@ def test_object_keeps_its_bit_rate(
     values = [*moving.useless(change, node.spec), *moving.disputed(change, node.spec)]
 
     moved.judge_object_stays(bench, node, verdict, change, values)
+
+
+@requirement(
+    "BIT-08",
+    level="manual",
+    cases=("change", moving.restored(moving.one_bit_rate)),
+    effects=(*EFFECTS, "restores"),
+)
+def test_restored_bit_rate_is_the_default(
+    bench: Bench, node: Node, change: Change, verdict: Verdict
+) -> None:
+    """After a restore the bit rate is the documented default, or, where the manual has it so, the one stored."""
+    moved.judge_restored(bench, node, verdict, change)
+
+
+@requirement(
+    "BIT-09", level="manual", cases=("held", moving.held(moving.one_bit_rate)), effects=EFFECTS
+)
+def test_object_holds_the_bit_rate_in_force(
+    bench: Bench, node: Node, held: tuple[Entry, Change], verdict: Verdict
+) -> None:
+    """Each object of the bit rate reads the one at which the node is after it was stored and put in force."""
+    entry, change = held
+
+    moved.judge_held(bench, node, verdict, entry, change)

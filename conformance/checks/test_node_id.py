@@ -157,5 +157,30 @@ def test_object_keeps_its_node_id(
     moved.judge_object_stays(bench, node, verdict, change, moving.useless(change, node.spec))
 
 
+@requirement(
+    "NID-11",
+    level="manual",
+    cases=("change", moving.restored(moving.node_ids)),
+    effects=(*EFFECTS, "restores"),
+)
+def test_restored_node_id_is_the_default(
+    bench: Bench, node: Node, change: Change, verdict: Verdict
+) -> None:
+    """After a restore the node-ID is the documented default, or, where the manual has it so, the one stored."""
+    moved.judge_restored(bench, node, verdict, change)
+
+
+@requirement(
+    "NID-12", level="manual", cases=("held", moving.held(moving.node_ids)), effects=EFFECTS
+)
+def test_object_holds_the_node_id_in_force(
+    bench: Bench, node: Node, held: tuple[Entry, Change], verdict: Verdict
+) -> None:
+    """Each object of the node-ID reads the one at which the node is after it was stored and put in force."""
+    entry, change = held
+
+    moved.judge_held(bench, node, verdict, entry, change)
+
+
 def _list(can_ids: tuple[int, ...]) -> str:
     return ", ".join(f"{can_id:03X}h" for can_id in can_ids)
