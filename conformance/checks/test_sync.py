@@ -26,6 +26,7 @@ from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, Entry
 from conformance.verdict import Verdict
+from conformance.wire.cob_id import SYNC
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtCommand, NmtState
 
@@ -158,6 +159,13 @@ def _consumer_only(spec: DeviceSpec) -> Iterable[Case]:
         defaults = [reading.default for reading in entry.readings]
         if all(isinstance(it, int) and not it & GENERATES for it in defaults):
             yield Case(entry.address, entry, entry.source)
+        return
+    consumers = [services.sync_consumer for services, _ in spec.services_readings]
+    if (
+        all(it is not None and it.object is None for it in consumers)
+        and spec.services.sync_consumer
+    ):
+        yield Case(f"{SYNC:03X}h", None, spec.services.sync_consumer.source)
 
 
 @requirement(
@@ -166,10 +174,10 @@ def _consumer_only(spec: DeviceSpec) -> Iterable[Case]:
     cases=("entry", _consumer_only),
     source=COB_ID,
 )
-def test_consumer_sends_no_sync(node: Node, entry: Entry, verdict: Verdict) -> None:
-    """With bit 30 of its COB-ID clear the node does not send SYNC."""
-    word = node.number(*entry.key)
-    if word & GENERATES:
+def test_consumer_sends_no_sync(node: Node, entry: Entry | None, verdict: Verdict) -> None:
+    """With bit 30 of its COB-ID clear, or without one, the node does not send SYNC."""
+    word = SYNC if entry is None else node.number(*entry.key)
+    if entry is not None and word & GENERATES:
         raise SetupRefused(f"{entry.address} holds {word:08X}h, by which the node generates SYNC")
     node.nmt(NmtCommand.START)
 
