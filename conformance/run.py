@@ -267,6 +267,7 @@ class Run:
         bench, self._bench = self._bench, None
         self.results.complete = not self.results.aborted and len(self.results.items) >= self.total
         if bench is not None:
+            bench.look()
             taken_s = bench.link.now() - self._started_s
             self.results.run["simulated_s" if bench.link.rig else "bus_s"] = round(taken_s, 3)
             self.results.run["clock"] = "real" if bench.link.real_time else "virtual"

@@ -42,7 +42,7 @@ class Illegal:
     restarts: int = 0
     unanswered: int = 0
     _interventions: int = 0
-    _boot_up_due: bool = False
+    _boot_up_due: bool = True
 
     def look(self, link: Link, node: Node) -> None:
         """Look at the frames since the link last forgot, and at what the node's channel counted so far."""

@@ -41,6 +41,7 @@ class Bench:
         self.was_stopped = False
         self.observations = Observations(link)
         self.illegal = Illegal()
+        self._node: Node | None = None
         self.channel = SdoChannel(link, spec.node_id, definition.sdo_timeout_s)
         home = Place(spec.node_id, definition.bitrate or spec.bitrate)
         self.reach = Reach(link, self.channel, spec, home, definition.boot_up_timeout_s)
@@ -82,15 +83,23 @@ class Bench:
 
     def node(self) -> Node:
         """Return the node for the next check."""
+        self.look()
         self.link.forget()
         self.channel.begin()
-        return Node(
+        self._node = Node(
             self.link,
             self.spec,
             self.channel,
             self.definition.boot_up_timeout_s,
             alone="other-nodes" in self.definition.allow,
         )
+        return self._node
+
+    def look(self) -> None:
+        """Look at what the node sent and did since the last time, whatever it was for."""
+        if self._node is not None:
+            self.illegal.look(self.link, self._node)
+            self._node = None
 
     def done(self, node: Node, *, doubtful: bool) -> None:
         """End a check: undo what it did and make sure that the node is still there.
@@ -112,7 +121,6 @@ class Bench:
         if doubtful and not node.answers():
             node.recover()
         self.channel.settle()
-        self.illegal.look(self.link, node)
         if self.channel.in_vain >= MOST_IN_VAIN:
             raise NodeTimeout(f"node {node.node_id} does not end its uploads")
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import can
 import pytest
 
 from conformance.bench.definition import load_bench
@@ -17,16 +18,17 @@ from conformance.spec.load import load_spec
 from conformance.wire.nmt import NmtCommand
 
 HEARTBEAT = (0x1017, 0)
+CHANNEL = str(data("device_specs") / "siko_ims360.yaml")
 
 
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[Bench]:
     """Return a bench with a node that was found."""
-    path = data("device_specs") / "siko_ims360.yaml"
     definition = load_bench(data("fixtures/benches") / "simulator.yaml")
-    options = {"channel": str(path)}
-    opened = Bench.open(definition, load_spec(path).resolve(), options, tmp_path / "trace.log")
+    spec = load_spec(Path(CHANNEL)).resolve()
+    opened = Bench.open(definition, spec, {"channel": CHANNEL}, tmp_path / "trace.log")
     opened.find_node()
+    opened.node()
     yield opened
     opened.close()
 
@@ -72,11 +74,21 @@ def test_uploads_that_never_end_take_no_long_time(judge: Callable[..., Any]) -> 
     assert finished.record["run"]["frames"] < 50_000
 
 
+def test_what_comes_outside_of_the_checks_counts(bench: Bench) -> None:
+    with can.Bus(interface="canopen_simulator", channel=CHANNEL) as other:
+        other.send(can.Message(arbitration_id=0x732, is_extended_id=False))
+    bench.link.listen(0.1, lambda _: False)
+    bench.node()
+
+    assert "1 heartbeat that shows no NMT state" in str(bench.illegal)
+
+
 def test_a_restart_that_nothing_led_to_is_counted(bench: Bench) -> None:
     node = bench.node()
     node.download(*HEARTBEAT, 100)
     restart(bench)
     bench.done(node, doubtful=False)
+    bench.look()
 
     assert str(bench.illegal) == "the node restarted by itself"
 
@@ -87,6 +99,7 @@ def test_a_restart_before_the_bench_resets_the_node_is_counted(bench: Bench) -> 
     node.nmt(NmtCommand.RESET_NODE)
     bench.link.listen(1.0, lambda _: False)
     bench.done(node, doubtful=False)
+    bench.look()
 
     assert bench.illegal.restarts == 1
 
@@ -99,6 +112,7 @@ def test_a_restart_by_command_is_not_counted(bench: Bench, command: NmtCommand) 
             node.nmt(command)
         bench.link.listen(wait_s, lambda _: False)
         bench.done(node, doubtful=False)
+    bench.look()
 
     assert str(bench.illegal) == ""
 
@@ -111,6 +125,7 @@ def test_a_restart_by_the_supply_is_not_counted(bench: Bench) -> None:
     Stimulus(bench.link, Settling(node)).supply(24.0)
     restart(bench)
     bench.done(node, doubtful=False)
+    bench.look()
 
     assert str(bench.illegal) == ""
 
@@ -120,6 +135,7 @@ def test_an_object_of_the_manufacturer_may_restart_the_node(bench: Bench) -> Non
     node.download(0x2001, 0, node.number(0x2001))
     restart(bench)
     bench.done(node, doubtful=False)
+    bench.look()
 
     assert bench.illegal.restarts == 0
 
