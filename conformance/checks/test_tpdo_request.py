@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from conformance.bench.in_force import may_wait
 from conformance.bench.node import Node
-from conformance.bench.tpdo import TpdoPort
+from conformance.bench.tpdo import TpdoPort, pace_entries
 from conformance.checks.steps import ENTER, make_writable, require_alive, state_word
 from conformance.checks.tpdo_cases import (
     Numbered,
@@ -14,6 +15,7 @@ from conformance.checks.tpdo_cases import (
     outcome_of,
     parameter_of,
     readings_of,
+    synchronous,
     type_readings,
     typed,
 )
@@ -25,6 +27,8 @@ from conformance.verdict import Verdict
 from conformance.wire.nmt import NmtState
 
 AT_SYNC, AT_ONCE = 252, 253
+AFTER_SYNC = 1
+NO_REQUEST = 1 << 30
 COMMUNICATION = f"{CIA301}, 7.2.2.2 and 7.5.2.37"
 ANSWER_S = 0.1
 WORDS = ("bit-30-clear", "bit-30-set")
@@ -138,3 +142,53 @@ def _let_it_be_asked(port: TpdoPort, octets: int) -> None:
         if port.listen(ANSWER_S):
             return
     raise SetupRefused("the TPDO answers no remote request, see TPDO-16")
+
+
+def _forbidding(spec: DeviceSpec) -> Iterable[Case]:
+    """Return the TPDOs after SYNC whose bit 30 can be set, where by no reading that allows requests."""
+    tpdo = spec.services.tpdo
+    services = [services.tpdo for services, _ in spec.services_readings]
+    if tpdo is None or any(it is not None and it.remote == "bit-30-set" for it in services):
+        return
+    for case in synchronous(spec):
+        pace = pace_entries(spec, tpdo.communication + case.subject - 1)
+        word = spec.entry(tpdo.communication + case.subject - 1, 1)
+        free = word is not None and all(reading.writable for reading in word.readings)
+        if free and not any(may_wait(entry) for entry in pace):
+            yield case
+
+
+@requirement(
+    "TPDO-69",
+    level="shall",
+    cases=("number", _forbidding),
+    source=COMMUNICATION,
+    effects=("reads", "writes"),
+)
+def test_forbidden_request_is_not_answered(node: Node, number: int, verdict: Verdict) -> None:
+    """A TPDO that is sent after SYNC does not come on a remote request where its COB-ID forbids that."""
+    port = _ready(node, Numbered(number, AFTER_SYNC))
+    octets = port.mapped_octets
+    if not _forbids(node, port, number):
+        verdict.holds("bit 30", expected="set or not taken", actual="not taken", ok=True)
+        return
+    port.start()
+    port.listen(ANSWER_S)
+
+    port.request(octets)
+    answers = len(port.listen(ANSWER_S))
+    send_sync(node)
+    followed = bool(port.listen(ANSWER_S))
+
+    if not followed:
+        raise SetupRefused("the TPDO does not follow SYNC, see TPDO-03")
+    verdict.equal("TPDOs after a remote request that bit 30 forbids", answers, 0)
+
+
+def _forbids(node: Node, port: TpdoPort, number: int) -> bool:
+    """Set bit 30 of the COB-ID; tell whether the node takes it, as it need not if it never answers."""
+    try:
+        port.allow_remote(1)
+    except SetupRefused:
+        return False
+    return bool(node.number(*parameter_of(node, number, 1).key) & NO_REQUEST)

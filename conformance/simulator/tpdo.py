@@ -113,9 +113,10 @@ class Tpdo:
         ):
             return
         allowed = bool(self._cob_id & NO_RTR) == (self._spec.remote == "bit-30-set")
-        if not allowed and not self._node.faults.tpdo_answers_forbidden_rtr:
+        forced = not allowed and self._node.faults.tpdo_answers_forbidden_rtr
+        if not allowed and not forced:
             return
-        if self._type == RTR:
+        if self._type == RTR or (forced and self._type != RTR_AT_SYNC):
             self._send()
         elif self._type == RTR_AT_SYNC:
             self._send(self._sampled)
