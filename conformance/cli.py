@@ -16,6 +16,7 @@ from conformance.errors import ConformanceError, SpecError
 from conformance.explore.command import explore
 from conformance.mutants.command import mutants
 from conformance.options import RunOptions
+from conformance.recover_command import recover
 from conformance.report import catalogue_page
 from conformance.report.console import console
 from conformance.run import Run
@@ -58,6 +59,7 @@ app.add_typer(spec_app, name="spec")
 app.command()(mutants)
 app.command()(explore)
 app.command()(simulate)
+app.command()(recover)
 
 
 @app.command()

@@ -14,6 +14,8 @@ from typing import Any, get_args
 from conformance import resources, scanning
 from conformance.bench.as_found import AsFound
 from conformance.bench.definition import load_bench
+from conformance.bench.journal import NAME as JOURNAL
+from conformance.bench.journal import Found, Journal
 from conformance.bench.session import Bench
 from conformance.checks import JUDGED_SERVICES
 from conformance.effects import Effect, Need
@@ -53,8 +55,12 @@ class Run:
         self.options = options
         self.progress = progress
         self.scan_progress: ScanProgress | None = None
-        self.definition = load_bench(resources.find("fixtures/benches", options.bench, "--bench"))
-        file = load_spec(resources.find("device_specs", options.device, "DEVICE"))
+        self._files = {
+            "bench": resources.find("fixtures/benches", options.bench, "--bench"),
+            "device": resources.find("device_specs", options.device, "DEVICE"),
+        }
+        self.definition = load_bench(self._files["bench"])
+        file = load_spec(self._files["device"])
         node_id = self.definition.node_id if options.node_id is None else options.node_id
         self.spec: DeviceSpec = file.resolve(options.variant, node_id)
         self._factory = file.document.factory
@@ -119,11 +125,25 @@ class Run:
         self.results.run["started"] = datetime.now(UTC).isoformat(timespec="seconds")
         self._bench.find_node()
         try:
-            self._as_found = AsFound(self._bench, restarts=not RESTARTING.isdisjoint(effects))
+            restarts = not RESTARTING.isdisjoint(effects)
+            self._as_found = AsFound.look(self._bench, self._keep_found, restarts=restarts)
         except NodeTimeout:
             self._as_found = None  # a node that fails so early will fail its items
         self.results.device["identity"] = self._identity(self._bench)
         return self._bench
+
+    def _keep_found(self, found: Found, *, given_back: bool = False) -> None:
+        """Put what the node held where it outlives this process."""
+        assert self.directory is not None  # it was opened
+        journal = Journal(
+            device=str(self._files["device"].resolve()),
+            variant=self.spec.variant,
+            bench=str(self._files["bench"].resolve()),
+            node_id=self.spec.node_id,
+            bitrate=self.definition.bitrate or self.spec.bitrate,
+            serial=self.options.serial,
+        )
+        journal.keep(self.directory / JOURNAL, found, given_back=given_back)
 
     @property
     def opened(self) -> bool:
@@ -316,7 +336,15 @@ class Run:
         record["differences"] = [asdict(difference) for difference in differences]
         if differences:
             names = ", ".join(dict.fromkeys(difference.object for difference in differences))
-            self.results.left_changed = f"the node is not left as it was found: {names}"
+            self.results.left_changed = (
+                f"the node is not left as it was found: {names}; "
+                f"try: canopen-conformance recover {self.directory}"
+            )
+            return
+        try:
+            self._keep_found(found.found, given_back=True)
+        except BenchError as error:
+            self.abort(str(error))
 
     def _save(self) -> None:
         if self._bench is not None:

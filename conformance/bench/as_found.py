@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import TypeAlias
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of, state_of
 from conformance.bench.interrupts import uninterrupted
+from conformance.bench.journal import Found, Held
 from conformance.bench.node import Node
+from conformance.bench.offsets import bring_back, read_offsets
 from conformance.bench.session import Bench
-from conformance.bench.settings import Settings
+from conformance.bench.settings import Settings, is_setting
 from conformance.errors import NodeTimeout, SetupRefused
 from conformance.spec.model import Entry, Key
 from conformance.wire.nmt import NmtCommand, NmtState
@@ -22,8 +23,9 @@ _LEADS_TO = {
     name_of(NmtState.OPERATIONAL): NmtCommand.START,
     name_of(NmtState.STOPPED): NmtCommand.STOP,
 }
-Held: TypeAlias = Mapping[Key, bytes | str]
-"""What settings hold, or in words why they do not tell."""
+
+Keep = Callable[[Found], None]
+"""Puts what was found where it is safe."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,24 +45,79 @@ class AsFound:
 
     Args:
         bench: The open bench; its node was found.
+        found: What the node held before anything was written to it.
         restarts: What will be run may restart the node, so this may as well.
     """
 
-    def __init__(self, bench: Bench, *, restarts: bool) -> None:
+    def __init__(self, bench: Bench, found: Found, *, restarts: bool) -> None:
         self._bench = bench
+        self.found = found
+        self._restarts = restarts
+
+    @classmethod
+    def look(cls, bench: Bench, keep: Keep, *, restarts: bool) -> AsFound:
+        """Look at the node before a run.
+
+        Args:
+            bench: The open bench; its node was found.
+            keep: Called with what was found before each step that changes something.
+            restarts: What will be run may restart the node, so this may as well.
+
+        Raises:
+            NodeTimeout: The node does not answer any more.
+        """
         node = bench.node()
-        self.nmt_state = self._nmt_state(node)
+        made = cls(bench, Found({}), restarts=restarts)
+        held = made._read(node)
+        history, offsets = made._errors(node) == 0, made._offsets(node)
+        made.found = Found(held, had_no_errors=history, offsets=offsets)
+        keep(made.found)
+        made.found = replace(made.found, nmt_state=made._nmt_state(node))
+        keep(made.found)
         node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
         bench.done(node, doubtful=False)
-        self._held = self._read(node)
-        self._stored = self._held
-        self._restarts = restarts and _reset(node)
-        if self._restarts:
-            self._stored = self._read(node)
-        self._had_no_errors = self._errors(node) == 0
+        if restarts and _reset(node):
+            made.found = replace(made.found, stored=made._read(node))
+            keep(made.found)
+        else:
+            made._restarts = False
+        return made
 
     def __len__(self) -> int:
-        return len(self._held)
+        return len(self.found.held)
+
+    @property
+    def nmt_state(self) -> str:
+        """As heartbeats show it; empty where none can."""
+        return self.found.nmt_state
+
+    def put_back(self) -> None:
+        """Write back and store what the node had stored, as far as it differs, and reset it.
+
+        Raises:
+            SetupRefused: The node does not take it back.
+            NodeTimeout: It does not answer any more.
+        """
+        node = self._bench.node()
+        stored = self.found.stored
+        if stored is None:
+            return  # the run had changed nothing yet
+        node.reset()
+        settings = Settings(node)
+        entries = self._bench.spec.entries
+        settings.found = {
+            key: data
+            for key, data in stored.items()
+            if isinstance(data, bytes)
+            and entries[key].writable
+            and is_setting(entries[key], self._bench.spec)
+        }
+        offsets = self._offsets(node)
+        if offsets != self.found.offsets:
+            bring_back(node, self.found.offsets)
+            node.save({index for index, _ in (*settings.found, *offsets)})
+        settings.put_back()
+        self._bench.done(node, doubtful=False)
 
     @uninterrupted()
     def give_back(self) -> list[Difference]:
@@ -73,19 +130,21 @@ class AsFound:
         if self._restarts:
             node.reset()
         after = self._read(node)
-        found = list(self._differences(self._stored, after))
+        held = self.found.held
+        stored = held if self.found.stored is None else self.found.stored
+        found = list(self._differences(stored, after))
         unsaved = {
             key: data
-            for key, data in self._held.items()
-            if isinstance(data, bytes) and data != self._stored[key]
+            for key, data in held.items()
+            if isinstance(data, bytes) and data != stored[key]
         }
         if unsaved:
             Settings(node).write(unsaved)
             now = self._read(node)
             found += self._differences(
-                {key: self._held[key] for key in unsaved}, {key: now[key] for key in unsaved}
+                {key: held[key] for key in unsaved}, {key: now[key] for key in unsaved}
             )
-        if self._had_no_errors and self._errors(node):
+        if self.found.had_no_errors and self._errors(node):
             node.write(self._history, 0, b"\0")
         self._bench.done(node, doubtful=False)
         if self.nmt_state in _LEADS_TO:
@@ -105,6 +164,11 @@ class AsFound:
             return None
         data = node.sdo.upload(*number.key).data
         return data[0] if data else None
+
+    def _offsets(self, node: Node) -> dict[Key, int]:
+        """Return what the offsets hold that only a preset changes."""
+        held = read_offsets(node)
+        return {key: it for key, it in held.items() if not self._bench.spec.entries[key].writable}
 
     def _nmt_state(self, node: Node) -> str:
         """Return the NMT state that heartbeats show, empty where none can."""

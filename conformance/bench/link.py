@@ -99,7 +99,7 @@ class Link:
         """Send and receive at another bit rate from now on, in bit/s.
 
         Raises:
-            BenchError: The adapter does not take it.
+            BenchError: The adapter does not take it, and is at the former one again.
         """
         self.listen(SENT_WITHIN_S, lambda _: False)
         if self.rig is not None:
@@ -108,7 +108,11 @@ class Link:
             raise BenchError("the bit rate belongs to the interface and cannot be set here")
         else:
             self._bus.shutdown()
-            self._bus = self._reopen(bitrate)
+            try:
+                self._bus = self._reopen(bitrate)
+            except BenchError:
+                self._bus = self._reopen(self.bus_time.bitrate)
+                raise
             self._least_late_s = -math.inf
         self.bus_time.bitrate = bitrate
 

@@ -240,6 +240,16 @@ class LssPort:
                 self.node.reset()
         self.reach.bring_home(self.node)
 
+    def bring_back(self) -> None:
+        """Bring the node home from where it is, where somebody who is gone has left it.
+
+        Raises:
+            NodeTimeout: It is found nowhere, or does not come back.
+        """
+        self._away[self.reach.here] = None
+        self._stored = True
+        self.leave()
+
     def _go_back(self) -> None:
         home = self.reach.home
         mixed = [Place(a.node_id, b.bitrate) for a in self._away for b in self._away]

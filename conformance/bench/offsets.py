@@ -6,7 +6,7 @@ be written is brought back by a preset again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -42,6 +42,18 @@ def read_offsets(node: Node) -> dict[Key, int]:
     """Return what the offsets hold that the node has."""
     keys = [key_of(rule.offset) for rule in _slopes(node) if rule.offset is not None]
     return {key: node.number(*key) for key in keys if not node.spec.entries[key].optional}
+
+
+def bring_back(node: Node, wanted: Mapping[Key, int]) -> None:
+    """Bring offsets back to what they were, by presets where no download can.
+
+    Raises:
+        SetupRefused: One does not become what it was.
+    """
+    for rule in _slopes(node):
+        if rule.offset is not None and key_of(rule.offset) in wanted:
+            key = key_of(rule.offset)
+            _put_back(node, rule, key, node.number(*key_of(rule.value)), wanted[key])
 
 
 def _slopes(node: Node) -> list[Slope]:

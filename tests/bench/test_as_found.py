@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -11,10 +12,12 @@ from conformance import resources
 from conformance.bench.as_found import AsFound
 from conformance.bench.definition import load_bench
 from conformance.bench.heartbeat import HeartbeatPort
+from conformance.bench.journal import Found
 from conformance.bench.session import Bench
 from conformance.report.junit import to_junit
 from conformance.report.results import Item, Results
 from conformance.spec.load import load_spec
+from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtCommand
 
 HEARTBEAT = (0x1017, 0)
@@ -32,11 +35,15 @@ def bench() -> Iterator[Bench]:
     bench.close()
 
 
+def look(bench: Bench, *, restarts: bool) -> AsFound:
+    return AsFound.look(bench, lambda _: None, restarts=restarts)
+
+
 @pytest.mark.parametrize("restarts", [True, False])
 def test_what_was_not_stored_is_written_again(bench: Bench, restarts: bool) -> None:
     bench.node().download(*EVENT_TIMER, 250)
     bench.find_node()
-    found = AsFound(bench, restarts=restarts)
+    found = look(bench, restarts=restarts)
     bench.node().reset()
 
     differences = found.give_back()
@@ -49,7 +56,7 @@ def test_what_was_not_stored_is_written_again(bench: Bench, restarts: bool) -> N
 
 def test_what_is_stored_and_was_not_is_named(bench: Bench) -> None:
     bench.find_node()
-    found = AsFound(bench, restarts=True)
+    found = look(bench, restarts=True)
     node = bench.node()
     node.download(*EVENT_TIMER, 250)
     node.save({EVENT_TIMER[0]})
@@ -78,7 +85,7 @@ def test_the_nmt_state_is_given_back(
     node.nmt(command)
     bench.find_node()
 
-    found = AsFound(bench, restarts=True)
+    found = look(bench, restarts=True)
     assert found.nmt_state == state
     assert found.give_back() == []
 
@@ -114,3 +121,55 @@ def test_a_run_that_left_a_change_is_inconclusive_at_best(verdict: Any, code: in
 
     assert results.exit_code == code
     assert "not left as it was found: 1800h:05" in to_junit(results)
+
+
+def test_what_was_found_is_safe_before_anything_is_written(bench: Bench) -> None:
+    bench.node().download(*EVENT_TIMER, 250)
+    bench.find_node()
+    kept: list[tuple[Found, int]] = []
+
+    def keep(found: Found) -> None:
+        kept.append((found, len(bench.link.sent(_writes))))
+
+    AsFound.look(bench, keep, restarts=True)
+
+    first, second, last = (found for found, _ in kept)
+    assert kept[0][1] == 0
+    assert first.held[EVENT_TIMER] == b"\xfa\0"
+    assert (first.stored, first.nmt_state) == (None, "")
+    assert (second.stored, second.nmt_state) == (None, "Pre-operational (7Fh)")
+    assert last.stored is not None
+    assert last.stored[EVENT_TIMER] != b"\xfa\0"
+    assert last.had_no_errors
+
+
+def _writes(frame: Frame) -> bool:
+    return frame.can_id == 0 or (frame.can_id == 0x632 and frame.data[0] >> 5 == 1)
+
+
+@pytest.mark.parametrize("unsaved", [True, False])
+def test_what_somebody_else_stored_is_put_back(bench: Bench, *, unsaved: bool) -> None:
+    before = bench.node().upload(*EVENT_TIMER)
+    if unsaved:
+        bench.node().download(*EVENT_TIMER, 250)
+    bench.find_node()
+    found = look(bench, restarts=True)
+    node = bench.node()
+    node.download(*EVENT_TIMER, 750)
+    node.save({EVENT_TIMER[0]})
+
+    later = AsFound(bench, found.found, restarts=True)
+    later.put_back()
+    assert bench.node().upload(*EVENT_TIMER) == before
+    assert later.give_back() == []
+    assert bench.node().number(*EVENT_TIMER) == (
+        250 if unsaved else int.from_bytes(before, "little")
+    )
+
+
+def test_nothing_is_put_back_where_nothing_was_changed_yet(bench: Bench) -> None:
+    bench.find_node()
+    found = look(bench, restarts=True).found
+    mark = bench.link.line
+    AsFound(bench, replace(found, stored=None), restarts=False).put_back()
+    assert bench.link.line == mark
