@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test check unusual hostile mutants benchmark schema reference samples clean
+.PHONY: demo test check unusual hostile kills mutants benchmark schema reference samples clean
 
 demo: .venv/installed
 	$(BIN)/canopen-conformance run siko_ims360
@@ -22,6 +22,9 @@ unusual: .venv/installed-dev
 
 hostile: .venv/installed-dev
 	HOSTILE_RUNS=60 HOSTILE_FRAMES=10000000 $(BIN)/python -m pytest tests/hostile --numprocesses=auto
+
+kills: .venv/installed-dev
+	KILLS=67 $(BIN)/python -m pytest tests/recovering --numprocesses=auto
 
 mutants: .venv/installed-dev
 	$(BIN)/canopen-conformance mutants siko_ims360 --variant two-axis
