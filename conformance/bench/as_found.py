@@ -92,32 +92,34 @@ class AsFound:
         return self.found.nmt_state
 
     def put_back(self) -> None:
-        """Write back and store what the node had stored, as far as it differs, and reset it.
+        """Write back what the node held, after a run that could not; what it had stored is stored again.
 
         Raises:
             SetupRefused: The node does not take it back.
             NodeTimeout: It does not answer any more.
         """
         node = self._bench.node()
-        stored = self.found.stored
-        if stored is None:
-            return  # the run had changed nothing yet
-        node.reset()
         settings = Settings(node)
-        entries = self._bench.spec.entries
-        settings.found = {
-            key: data
-            for key, data in stored.items()
-            if isinstance(data, bytes)
-            and entries[key].writable
-            and is_setting(entries[key], self._bench.spec)
-        }
-        offsets = self._offsets(node)
-        if offsets != self.found.offsets:
-            bring_back(node, self.found.offsets)
-            node.save({index for index, _ in (*settings.found, *offsets)})
-        settings.put_back()
+        if self.found.stored is None:  # the run would not have restarted it, nor stored anything
+            settings.write(self._writable(self.found.held))
+        else:
+            node.reset()
+            settings.found = self._writable(self.found.stored)
+            offsets = self._offsets(node)
+            if offsets != self.found.offsets:
+                bring_back(node, self.found.offsets)
+                node.save({index for index, _ in (*settings.found, *offsets)})
+            settings.put_back()
         self._bench.done(node, doubtful=False)
+
+    def _writable(self, held: Held) -> dict[Key, bytes]:
+        spec = self._bench.spec
+        entries = ((spec.entries[key], data) for key, data in held.items())
+        return {
+            entry.key: data
+            for entry, data in entries
+            if isinstance(data, bytes) and entry.writable and is_setting(entry, spec)
+        }
 
     @uninterrupted()
     def give_back(self) -> list[Difference]:

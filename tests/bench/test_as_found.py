@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -167,9 +166,12 @@ def test_what_somebody_else_stored_is_put_back(bench: Bench, *, unsaved: bool) -
     )
 
 
-def test_nothing_is_put_back_where_nothing_was_changed_yet(bench: Bench) -> None:
+def test_what_a_run_without_restarts_left_is_written_back(bench: Bench) -> None:
+    bench.node().download(*EVENT_TIMER, 250)
     bench.find_node()
-    found = look(bench, restarts=True).found
-    mark = bench.link.line
-    AsFound(bench, replace(found, stored=None), restarts=False).put_back()
-    assert bench.link.line == mark
+    found = look(bench, restarts=False)
+    bench.node().download(*EVENT_TIMER, 750)
+    later = AsFound(bench, found.found, restarts=False)
+    later.put_back()
+    assert bench.node().number(*EVENT_TIMER) == 250
+    assert later.give_back() == []
