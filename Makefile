@@ -21,7 +21,7 @@ unusual: .venv/installed-dev
 	UNUSUAL_PART=1 UNUSUAL_SHARES=8 $(BIN)/python -m pytest tests/checks/test_unusual_devices.py --numprocesses=auto
 
 hostile: .venv/installed-dev
-	HOSTILE_RUNS=60 HOSTILE_FRAMES=10000000 $(BIN)/python -m pytest tests/hostile --numprocesses=auto
+	HOSTILE_RUNS=60 HOSTILE_EXAMPLES=1000 HOSTILE_FRAMES=10000000 $(BIN)/python -m pytest tests/hostile --numprocesses=auto
 
 kills: .venv/installed-dev
 	KILLS=67 $(BIN)/python -m pytest tests/recovering --numprocesses=auto

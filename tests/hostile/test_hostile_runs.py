@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import io
-import json
 import os
 import shutil
 from collections.abc import Iterator
 from multiprocessing.context import BaseContext
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree as ET
 
-import can
 import pytest
-from hostile_runs import MOST_MEMORY_MB, Ended, Hostile, catalogue_of, choose, from_json
+from ended_well import assert_ended_well
+from hostile_runs import Ended, Hostile, catalogue_of, choose, from_json
 from mischiefs import MISCHIEFS
 
 from conformance import resources
@@ -24,9 +21,6 @@ RUNS = int(os.environ.get("HOSTILE_RUNS", "2"))
 
 FOURTH = Path(__file__).parents[1] / "checks" / "fourth_device.yaml"
 DEVICES = [str(FOURTH), *resources.names("device_specs")]
-MOST_CPU_S = 60
-MOST_BUS_S = 3600
-JUDGED_BY_SDO = ("SDO-", "OD-")
 
 
 @pytest.fixture
@@ -44,35 +38,6 @@ def carry_out(processes: BaseContext, tmp_path: Path) -> Iterator[Any]:
 
     yield run
     shutil.rmtree(tmp_path)
-
-
-def assert_ended_well(run: Hostile, ended: Ended) -> None:
-    """Assert what holds for every run, whatever the device does."""
-    folder = Path(ended.folder)
-    printed = "".join((folder / name).read_text("utf-8") for name in ("out.txt", "err.txt"))
-    what = f"{run}:\n{printed}"
-    record = json.loads((folder / "results.json").read_text("utf-8"))
-    summary = record["summary"]
-    bus_s = record["run"].get("simulated_s", 0.0)
-
-    assert ended.code in (0, 1, 2), what
-    assert ended.code == summary["exit_code"], what
-    assert ended.code or not ended.illegal, what
-    assert "Traceback" not in printed, what
-    assert "defect of the suite" not in printed, what
-    assert all(it.isprintable() or it == "\n" for it in printed), what
-    assert ended.cpu_s < MOST_CPU_S, what
-    assert ended.peak_mb < MOST_MEMORY_MB / 2, what
-    assert bus_s < MOST_BUS_S, what
-    assert summary["complete"] or summary["aborted"], what
-    assert summary["items"] == len(record["items"]), what
-    suites = ET.fromstring((folder / "junit.xml").read_text("utf-8"))  # noqa: S314 - our own
-    assert len(list(suites.iter("testcase"))) >= summary["items"], what
-    lines = (folder / "trace.log").read_text("ascii")
-    assert sum(1 for _ in can.CanutilsLogReader(io.StringIO(lines))) == lines.count("\n"), what
-    if ended.everything:
-        passed = [it["requirement"] for it in record["items"] if it["verdict"] == "pass"]
-        assert not [it for it in passed if it.startswith(JUDGED_BY_SDO)], what
 
 
 @pytest.mark.timeout(7200)

@@ -99,18 +99,20 @@ def choose(kind: str, seed: int, device: str, catalogue: Sequence[str]) -> Hosti
 
 
 def carry_out(runs: Sequence[Hostile], folder: Path) -> None:
-    """Carry out runs one after the other and write how they ended; for a process of its own.
-
-    The first one is not hostile: what it loads the others have.
-    """
-    with suppress(SystemExit):
-        _command(runs[0], folder / "first")
+    """Carry out runs one after the other and write how they ended; for a process of its own."""
+    warm_up(runs[0], folder / "first")
     ends = [
         in_own_process(run, MISCHIEFS[run.kind](run.seed), folder / str(number))
         for number, run in enumerate(runs)
     ]
     text = json.dumps([asdict(ended) for ended in ends])
     (folder / "ends.json").write_text(text, encoding="ascii")
+
+
+def warm_up(run: Hostile, folder: Path) -> None:
+    """Carry out a run that is not hostile in this process: what it loads its forks have."""
+    with suppress(SystemExit):
+        _command(run, folder)
 
 
 def from_json(folder: Path) -> list[Ended]:
