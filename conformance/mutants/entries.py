@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, get_args
 
+from conformance.checks.cases import accelerations
 from conformance.mutants.defect import Defect, change, path, without
 from conformance.spec.behaviours import named_objects
 from conformance.spec.document import Access, EntryDoc, Follows, ObjectDoc, RecordDoc
@@ -31,12 +32,12 @@ OTHER_SOURCES: dict[Follows, Follows] = {
 """What a measured entry shows by mistake instead."""
 
 SEEN_BY = {
-    "missing": ("OD-", "EMCY-"),
-    "default": ("OD-", "RST-", "NID-", "STO-", "EMCY-", "TPDO-"),
-    "type": ("OD-", "EMCY-", "STO-", "RST-"),
+    "missing": ("OD-", "EMCY-", "DEV-"),
+    "default": ("OD-", "RST-", "NID-", "BIT-", "STO-", "EMCY-", "TPDO-"),
+    "type": ("OD-", "EMCY-", "STO-", "RST-", "DEV-"),
     "access": ("OD-", "EMCY-", "STO-", "RST-", "DEV-", "TPDO-"),
     "ranges": ("OD-", "TPDO-"),
-    "values": ("OD-",),
+    "values": ("OD-", "DEV-"),
     "limits_by": ("OD-", "DEV-"),
     "mappable": ("TPDO-",),
     "persistent": ("STO-", "BOOT-", "NID-", "BIT-", "DEV-40"),
@@ -51,7 +52,7 @@ SEEN_BY = {
     "follows": ("DEV-", "EMCY-", "OD-"),
     "scale": ("DEV-",),
     "affects": ("DEV-",),
-    "extra": ("OD-",),
+    "extra": ("OD-", "EMCY-15"),
 }
 """Beginnings of the requirements that a kind of figure is judged by."""
 
@@ -277,6 +278,9 @@ def _related(spec: DeviceSpec, index: int) -> tuple[int, ...]:
     indices: dict[int, None] = {}
     for behaviour in spec.behaviours.values():
         named = [key_of(it)[0] for _, it in named_objects(behaviour)]
+        indices |= dict.fromkeys(named if index in named else ())
+    for x, y, z in accelerations(spec):
+        named = [x.index, y.index, z.index]
         indices |= dict.fromkeys(named if index in named else ())
     return tuple(indices)
 
