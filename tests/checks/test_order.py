@@ -1,4 +1,4 @@
-"""No check depends on another: in random order and each on a new device they come to the same verdicts."""
+"""No check depends on another: in random order, on new devices and split they come to the same verdicts."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,12 @@ def pytest_runtest_setup(item):
     config.stash[BENCH] = run._bench = new
     run._as_found = None
 '''
+
+SHARES = 3
+SHARE = """
+def pytest_collection_modifyitems(items):
+    items[:] = items[{share}::{shares}]
+"""
 
 
 def run_checks(folder: Path, *arguments: str) -> dict[str, str]:
@@ -81,6 +88,23 @@ def test_each_item_on_its_own_comes_to_its_verdict(
     (tmp_path / "anew.py").write_text(ANEW, encoding="utf-8")
 
     assert run_checks(tmp_path, "-p", "anew") == in_order
+
+
+def test_items_split_over_processes_come_to_their_verdicts(
+    in_order: dict[str, str], tmp_path: Path
+) -> None:
+    def run_share(share: int) -> dict[str, str]:
+        folder = tmp_path / str(share)
+        folder.mkdir()
+        plugin = SHARE.format(share=share, shares=SHARES)
+        (folder / "share_of_items.py").write_text(plugin, encoding="utf-8")
+        return run_checks(folder, "-p", "share_of_items")
+
+    with ThreadPoolExecutor() as pool:
+        shares = list(pool.map(run_share, range(SHARES)))
+
+    assert sum(map(len, shares)) == len(in_order)
+    assert {item: word for share in shares for item, word in share.items()} == in_order
 
 
 def test_an_installed_pytest_randomly_does_not_disturb_a_run(judge: Callable[..., Any]) -> None:

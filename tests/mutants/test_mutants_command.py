@@ -36,6 +36,26 @@ def test_defects_are_killed_and_told(
     assert f"{matrix['summary']['defects']} defects" in finished.out
 
 
+def test_the_number_of_processes_changes_nothing(
+    command: Callable[..., Any], spec: Path, tmp_path: Path
+) -> None:
+    found = []
+    for processes in ("1", "2"):
+        folder = tmp_path / processes
+        command(
+            *("mutants", spec, "--only", "1018h", "--processes", processes),
+            *("--report-dir", folder),
+        )
+        matrix = json.loads((folder / "mutants.json").read_text("utf-8"))
+        del matrix["wall_s"]
+        for defect in matrix["defects"]:
+            del defect["seconds"]
+        found.append(matrix)
+
+    assert found[0]["summary"]["killed"] > 3
+    assert found[0] == found[1]
+
+
 def test_a_defect_that_survives_is_told(
     command: Callable[..., Any], spec: Path, tmp_path: Path
 ) -> None:
