@@ -19,8 +19,10 @@ Effect: TypeAlias = Literal[
 IN_FORCE: tuple[Effect, ...] = ("resets", "non-volatile")
 """What it takes to put values in force that act only after a store and a restart."""
 
-Need: TypeAlias = Literal["tilt", "temperature", "supply", "operator", "second-node", "bus-errors"]
-"""Beside frames: the stimulus of a quantity, a person who looks, another node of the same kind."""
+Need: TypeAlias = Literal[
+    "tilt", "temperature", "supply", "operator", "second-node", "bus-errors", "remote-frames"
+]
+"""Beside data frames: the stimulus of a quantity, a person who looks, another node of the same kind."""
 
 LACKING: dict[Need, str] = {
     "tilt": "the bench has no tilt stimulus",
@@ -29,4 +31,5 @@ LACKING: dict[Need, str] = {
     "operator": "the bench has no operator",
     "second-node": "the bench has no second node of this kind",
     "bus-errors": "the bench cannot disturb the bus",
+    "remote-frames": "the interface carries no remote frames",
 }

@@ -49,3 +49,8 @@ class NodeTimeout(ConformanceError):  # noqa: N818 - CANopen calls the missing a
 
 class SetupRefused(ConformanceError):  # noqa: N818 - a state of the check, not a fault of anyone
     """The node refused a step that a check needs before it can judge: the check is inconclusive."""
+
+
+def first_line(error: Exception) -> str:
+    """Return what an error of a library says, in a line; its kind where it says nothing."""
+    return next(iter(str(error).strip().splitlines()), type(error).__name__)

@@ -289,7 +289,7 @@ class Run:
         if bench is not None:
             bench.look()
             taken_s = bench.link.now() - self._started_s
-            self.results.run["simulated_s" if bench.link.rig else "bus_s"] = round(taken_s, 3)
+            self.results.run["simulated_s" if bench.link.simulated else "bus_s"] = round(taken_s, 3)
             self.results.run["clock"] = "real" if bench.link.real_time else "virtual"
             self.results.run["bus_time"] = {
                 "needed_s": round(bench.link.bus_time.needed_s, 3),

@@ -20,6 +20,9 @@ Quantity: TypeAlias = Literal["tilt", "temperature", "supply"]
 _SET_UP_BY_OTHERS = ("socketcan", "socketcand", "remote", "udp_multicast", "virtual")
 """Interfaces of python-can that do not set the bit rate."""
 
+_WITHOUT_REMOTE_FRAMES = ("socketcand",)
+"""Interfaces of python-can that cannot send remote frames, nor tell of any."""
+
 
 class BenchDefinition(BaseModel):
     """A bench file.
@@ -31,6 +34,7 @@ class BenchDefinition(BaseModel):
         bitrate: Bit rate in bit/s; the device's factory bit rate when absent.
         node_id: Node-ID of the device under test; the factory's when absent.
         options: Further arguments of the interface, as python-can takes them.
+        control: ``HOST:PORT`` of a simulated device in another process, for what ``simulator`` does.
         power: Who switches the device's supply.
         stimulus: What can be changed around the device, and by whom.
         operator: Who answers questions about what only eyes can see.
@@ -51,6 +55,7 @@ class BenchDefinition(BaseModel):
     bitrate: int | None = None
     node_id: Annotated[int, Field(ge=1, le=127)] | None = None
     options: dict[str, Any] = {}
+    control: Annotated[str, Field(pattern=r"^.+:\d+$")] | None = None
     power: Literal["none", "simulator"] = "none"
     stimulus: dict[Quantity, Literal["simulator"]] = {}
     operator: Literal["none", "simulator", "terminal"] = "none"
@@ -87,6 +92,8 @@ class BenchDefinition(BaseModel):
             return self.operator != "none"
         if need == "second-node":
             return self.second_node != "none"
+        if need == "remote-frames":
+            return self.interface not in _WITHOUT_REMOTE_FRAMES
         if need == "bus-errors":
             return self.bus_errors != "none"
         return need in self.stimulus

@@ -11,10 +11,10 @@ from typing import TypeAlias
 import can
 
 from conformance.bench.bus_time import BusTime
-from conformance.bench.rig import SimulatedRig
+from conformance.bench.rig import SimulatedRig, Surroundings
 from conformance.bench.stamps import SLICE_S, Stamps, WallClock
 from conformance.bench.trace import Trace
-from conformance.errors import BenchError
+from conformance.errors import BenchError, first_line
 from conformance.wire.errors import WireError
 from conformance.wire.frame import Frame, bit_length, priority
 
@@ -68,6 +68,7 @@ class Link:
         bitrate: In bit/s.
         reopen: Opens the bus again at a bit rate; None where the bit rate is not ours to set.
         stamps: What is known about the times of frames; all when None, as of a simulated bus.
+        around: What is around devices that are simulated elsewhere.
 
     Attributes:
         interventions: How often the bench had its hands on what is around the node.
@@ -80,18 +81,20 @@ class Link:
         bitrate: int,
         reopen: Callable[[int], can.BusABC] | None = None,
         stamps: Stamps | None = None,
+        around: Surroundings | None = None,
     ) -> None:
         self._bus = bus
         self._trace = trace
         self._reopen = reopen
         self._frames: list[Stamped] = []
-        self.rig: SimulatedRig | None = bus if isinstance(bus, SimulatedRig) else None
-        self.now: Callable[[], float] = self.rig.now if self.rig else time.monotonic
-        self._offset_s = 0.0 if self.rig else time.time() - time.monotonic()
+        self.simulated: SimulatedRig | None = bus if isinstance(bus, SimulatedRig) else None
+        self.rig: Surroundings | None = around or self.simulated
+        self.now: Callable[[], float] = self.simulated.now if self.simulated else time.monotonic
+        self._offset_s = 0.0 if self.simulated else time.time() - time.monotonic()
         self._least_late_s = -math.inf
         self.stamps = stamps or Stamps("bus", 0.0)
         self.stamps.nothing(self.now())
-        self._clock = WallClock() if self.rig is None else None
+        self._clock = WallClock() if self.simulated is None else None
         self.interventions = 0
         self.bus_time = BusTime(bitrate)
 
@@ -102,8 +105,8 @@ class Link:
             BenchError: The adapter does not take it, and is at the former one again.
         """
         self.listen(SENT_WITHIN_S, lambda _: False)
-        if self.rig is not None:
-            self.rig.use_bitrate(bitrate)
+        if self.simulated is not None:
+            self.simulated.use_bitrate(bitrate)
         elif self._reopen is None:
             raise BenchError("the bit rate belongs to the interface and cannot be set here")
         else:
@@ -119,7 +122,7 @@ class Link:
     @property
     def real_time(self) -> bool:
         """Time on the link's clock is time."""
-        return self.rig is None or self.rig.real_time
+        return self.simulated is None or self.simulated.real_time
 
     @property
     def time_s(self) -> float:
@@ -142,7 +145,7 @@ class Link:
         try:
             self._bus.send(message)
         except (can.CanError, OSError) as error:
-            raise BenchError(f"the adapter did not send {frame}: {error}") from error
+            raise BenchError(f"the adapter did not send {frame}: {first_line(error)}") from error
         now = self.now()
         self.bus_time.sent(frame, now)
         return self._keep(frame, now + self._offset_s, received=False)
@@ -172,7 +175,7 @@ class Link:
                 continue
             stamped = self._received(message, now_s)
             end_s = stamped.time_s
-            if self.rig is None:
+            if self.simulated is None:
                 end_s -= self._offset_s if self.stamps.by_host else self._least_late_s
             self.bus_time.received(stamped.frame, start_s, end_s)
             return stamped
@@ -188,7 +191,7 @@ class Link:
         try:
             message = self._bus.recv(wait_s)
         except (can.CanError, OSError) as error:
-            raise BenchError(f"the adapter stopped receiving: {error}") from error
+            raise BenchError(f"the adapter stopped receiving: {first_line(error)}") from error
         if message is None:
             self.stamps.nothing(now_s + wait_s)
         if self._clock is not None:
@@ -199,7 +202,7 @@ class Link:
         time_s = message.timestamp
         if self.stamps.by_host:
             time_s = now_s + self._offset_s
-        elif self.rig is None:
+        elif self.simulated is None:
             self._offset_s = message.timestamp - now_s
             self._least_late_s = max(self._least_late_s, self._offset_s)
         try:

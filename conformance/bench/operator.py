@@ -13,7 +13,7 @@ from typing import Final, TextIO
 
 from conformance.bench.definition import BenchDefinition
 from conformance.bench.link import Link
-from conformance.bench.rig import SimulatedRig
+from conformance.bench.rig import Surroundings
 from conformance.errors import SetupRefused
 
 ANSWER_S: Final = 90.0
@@ -127,7 +127,7 @@ class SimulatedOperator(Operator):
         rig: The simulated device's surroundings.
     """
 
-    def __init__(self, link: Link, rig: SimulatedRig) -> None:
+    def __init__(self, link: Link, rig: Surroundings) -> None:
         self._link = link
         self._rig = rig
 

@@ -1,4 +1,4 @@
-"""What a simulated bus offers beside frames; the simulator satisfies this by shape."""
+"""What a simulated bus offers beside frames; the simulator satisfies this by shape, near or far."""
 
 from __future__ import annotations
 
@@ -7,19 +7,8 @@ from typing import Protocol, runtime_checkable
 from conformance.spec.services import BusError
 
 
-@runtime_checkable
-class SimulatedRig(Protocol):
-    """A bus that carries its own clock and its devices' surroundings."""
-
-    @property
-    def real_time(self) -> bool:
-        """Simulated time follows the clock of the computer."""
-
-    def now(self) -> float:
-        """Return the simulated time in seconds."""
-
-    def use_bitrate(self, bitrate: int) -> None:
-        """Send and receive at another bit rate from now on, in bit/s."""
+class Surroundings(Protocol):
+    """What is around simulated devices."""
 
     def power_off(self) -> None:
         """Take the supply from every simulated device."""
@@ -56,6 +45,21 @@ class SimulatedRig(Protocol):
 
     def remove_twin(self) -> None:
         """Take it away again."""
+
+
+@runtime_checkable
+class SimulatedRig(Surroundings, Protocol):
+    """A bus that carries its own clock and its devices' surroundings."""
+
+    @property
+    def real_time(self) -> bool:
+        """Simulated time follows the clock of the computer."""
+
+    def now(self) -> float:
+        """Return the simulated time in seconds."""
+
+    def use_bitrate(self, bitrate: int) -> None:
+        """Send and receive at another bit rate from now on, in bit/s."""
 
     @property
     def frame_count(self) -> int:

@@ -17,9 +17,10 @@ from conformance.bench.node import Node
 from conformance.bench.observations import Observations
 from conformance.bench.operator import Operator, operator_of
 from conformance.bench.reach import Place, Reach
+from conformance.bench.remote_rig import RemoteRig
 from conformance.bench.sdo import MOST_IN_VAIN
 from conformance.bench.trace import Trace
-from conformance.errors import BenchError, ConformanceError, NodeTimeout, SpecError
+from conformance.errors import BenchError, ConformanceError, NodeTimeout, SpecError, first_line
 from conformance.spec.model import DeviceSpec
 from conformance.wire.nmt import NmtCommand
 
@@ -73,6 +74,7 @@ class Bench:
             bitrate,
             open_at if definition.sets_bitrate else None,
             definition.stamps(),
+            RemoteRig(definition.control) if definition.control else None,
         )
         return cls(definition, spec, link)
 
@@ -171,5 +173,5 @@ def _open(definition: BenchDefinition, options: Mapping[str, Any], bitrate: int)
     except Exception as error:
         raise BenchError(
             f"cannot open the bus (interface {definition.interface}, channel "
-            f"{arguments['channel']}): {error or type(error).__name__}"
+            f"{arguments['channel']}): {first_line(error)}"
         ) from error

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from conformance.bench.link import Link
-from conformance.bench.rig import SimulatedRig
+from conformance.bench.rig import Surroundings
 from conformance.bench.settling import Settling
 from conformance.errors import SetupRefused
 from conformance.spec.services import BusError
@@ -81,7 +81,7 @@ class Stimulus:
             self._changed = False
 
     @property
-    def _rig(self) -> SimulatedRig:
+    def _rig(self) -> Surroundings:
         if self._link.rig is None:
             raise SetupRefused("the bench cannot change what is around the device")
         self._link.interventions += 1

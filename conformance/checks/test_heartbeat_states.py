@@ -88,7 +88,11 @@ def _producer_alone(spec: DeviceSpec) -> Iterable[Case]:
 
 
 @requirement(
-    "HB-13", level="manual", cases=_producer_alone, effects=("reads", "writes", "other-nodes")
+    "HB-13",
+    level="manual",
+    cases=_producer_alone,
+    effects=("reads", "writes", "other-nodes"),
+    needs=("remote-frames",),
 )
 def test_heartbeats_and_guarding_of_others_mean_nothing(
     node: Node, heartbeat: HeartbeatPort, verdict: Verdict
@@ -133,7 +137,14 @@ def _object(spec: DeviceSpec) -> Iterable[Case]:
         yield Case(address(producer.object), None, producer.source)
 
 
-@requirement("HB-14", level="should", cases=_object, source=PRODUCER, effects=("reads", "writes"))
+@requirement(
+    "HB-14",
+    level="should",
+    cases=_object,
+    source=PRODUCER,
+    effects=("reads", "writes"),
+    needs=("remote-frames",),
+)
 def test_guarding_does_not_disturb_the_heartbeat(
     node: Node, heartbeat: HeartbeatPort, verdict: Verdict
 ) -> None:

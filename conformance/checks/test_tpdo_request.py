@@ -64,6 +64,7 @@ def _takes_type(node: Node, kind: Numbered, verdict: Verdict) -> bool:
     cases=("kind", _requested),
     source=COMMUNICATION,
     effects=("reads", "writes"),
+    needs=("remote-frames",),
 )
 def test_tpdo_is_sent_on_request(node: Node, kind: Numbered, verdict: Verdict) -> None:
     """With type 252 or 253 the TPDO is sent on a remote request that its COB-ID allows, and only then."""
@@ -109,6 +110,7 @@ def _after_sync(node: Node, port: TpdoPort) -> int:
     cases=("kind", _at_once),
     source=f"{CIA301}, 7.3.2.2.5",
     effects=("reads", "writes"),
+    needs=("remote-frames",),
 )
 def test_request_is_answered_in_operational_only(
     node: Node, kind: Numbered, verdict: Verdict
@@ -164,6 +166,7 @@ def _forbidding(spec: DeviceSpec) -> Iterable[Case]:
     cases=("number", _forbidding),
     source=COMMUNICATION,
     effects=("reads", "writes"),
+    needs=("remote-frames",),
 )
 def test_forbidden_request_is_not_answered(node: Node, number: int, verdict: Verdict) -> None:
     """A TPDO that is sent after SYNC does not come on a remote request where its COB-ID forbids that."""
