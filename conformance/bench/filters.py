@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -34,7 +34,7 @@ class Choice:
 
     Args:
         selector: Value of the object that chooses it.
-        cut_off_hz: Its cut-off frequency; None where none can be set.
+        cut_off_hz: Its cut-off frequency; None where it has none.
     """
 
     selector: int
@@ -167,7 +167,7 @@ def observe_filters(
         tried = choices(node.spec, rule)
         for choice in tried:
             wanted = dict(written(node.spec, rule, choice))
-            put_in_force(node, settings, wanted, when)
+            require_held(node, put_in_force(node, settings, wanted, when))
             responses[choice] = respond(node, stimulus, keys, before, after)
             if choice == tried[0] and "at-once" not in when:
                 settings.write(dict(written(node.spec, rule, tried[-1])))
@@ -184,26 +184,36 @@ def written(spec: DeviceSpec, rule: LowPassFilter, choice: Choice) -> Iterator[t
         yield fusion.key, fusion.type.encode(rule.fusion.otherwise)
     selector = spec.entries[key_of(rule.selector)]
     yield selector.key, selector.type.encode(choice.selector)
-    if rule.cut_off is not None and choice.cut_off_hz is not None:
+    if rule.cut_off is not None:
         entry = spec.entries[key_of(rule.cut_off)]
-        yield entry.key, entry.type.encode(_steps(entry, choice.cut_off_hz))
+        steps = _steps(entry, choice.cut_off_hz or LOW_HZ)  # what still acts without a filter shows
+        if _legal(entry, choice.selector, steps):
+            yield entry.key, entry.type.encode(steps)
 
 
 def put_in_force(
     node: Node, settings: Settings, wanted: Mapping[Key, bytes], when: Collection[str]
-) -> None:
+) -> list[Key]:
     """Write settings, with a store and a restart unless they surely act at once.
 
-    Raises:
-        SetupRefused: The node does not hold what was written.
+    Returns:
+        Those that then hold something else.
     """
     settings.write(wanted)
     if when != {"at-once"}:
         settings.save()
         node.reset()
-    for key, data in wanted.items():
-        if node.upload(*key) != data:
-            raise SetupRefused(f"{node.spec.entries[key].address} does not take a legal value")
+    return [key for key, data in wanted.items() if node.upload(*key) != data]
+
+
+def require_held(node: Node, lost: Iterable[Key]) -> None:
+    """Make sure that the node holds what was written.
+
+    Raises:
+        SetupRefused: It does not.
+    """
+    for key in lost:
+        raise SetupRefused(f"{node.spec.entries[key].address} does not take a legal value")
 
 
 def respond(

@@ -11,6 +11,7 @@ from conformance.bench.filters import (
     Responses,
     moments,
     put_in_force,
+    require_held,
     respond,
     written,
 )
@@ -29,10 +30,12 @@ class Fused:
 
     Args:
         answer: To the download that chose it.
+        chosen: Its object holds the value that chose it, once that was to be in force.
         responses: By the value of its settings in words; none where it was refused.
     """
 
     answer: Transfer
+    chosen: bool
     responses: Mapping[str, Responses]
 
 
@@ -68,9 +71,12 @@ def observe_fusion(
         answer = node.write(*chosen.key, data)
         for name, parameters in _parameters(node.spec, fusion) if answer.confirmed else ():
             wanted = dict(written(node.spec, rule, slow)) | {chosen.key: data} | parameters
-            put_in_force(node, settings, wanted, when)
+            lost = put_in_force(node, settings, wanted, when)
+            if chosen.key in lost:
+                return Fused(answer, chosen=False, responses={})
+            require_held(node, lost)
             responses[name] = respond(node, stimulus, keys, before, after)
-        return Fused(answer, responses)
+        return Fused(answer, chosen=True, responses=responses)
     finally:
         settings.put_back()
 

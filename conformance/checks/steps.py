@@ -101,11 +101,13 @@ def _meet_conditions(node: Node, entry: Entry) -> None:
 
 
 def _settle(node: Node, entry: Entry) -> None:
-    """Give an entry a value that is legal whatever the entry that limits it holds."""
+    """Give an entry a value that is legal whatever the entry that limits it holds, if it takes it."""
     every = limits(entry)
-    always = [v for v in legal_values(every[0]) if all(is_legal(v, x.ranges) for x in every)]
+    default = [entry.default] if isinstance(entry.default, int) else []
+    tried = [*default, *legal_values(every[0])]
+    always = [v for v in tried if all(is_legal(v, x.ranges) for x in every)]
     if always:
-        node.download(entry.index, entry.sub, always[0])
+        node.try_download(entry.index, entry.sub, entry.type.encode(always[0]))
 
 
 def each_limit(node: Node, entry: Entry) -> Iterator[tuple[str, Limits]]:

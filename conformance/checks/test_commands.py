@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import product
 
 from conformance.bench.node import Node
 from conformance.bench.slope import SlopePort
@@ -223,15 +224,15 @@ def test_status_bits_without_an_error(node: Node, name: str, verdict: Verdict) -
     status = node.number(*key_of(readings[0][0].object))
 
     every = sorted({bit for rule, _ in readings for bit in rule.bits})
-    for bit in every:
-        allowed: dict[int, OtherBehaviours | None] = {}
-        for rule, other in readings:
-            for value in _told(node, rule.bits.get(bit)):
-                allowed.setdefault(value, other)
-        shown = status >> bit & 1
-        verdict.one_of(f"bit {bit}", shown, list(allowed))
-        if (reading := allowed.get(shown)) is not None:
-            verdict.follows(reading.ambiguity, reading.reading)
+    allowed: dict[tuple[int, ...], OtherBehaviours | None] = {}
+    for rule, other in readings:
+        for values in product(*(_told(node, rule.bits.get(bit)) for bit in every)):
+            allowed.setdefault(values, other)
+    shown = tuple(status >> bit & 1 for bit in every)
+    names = ", ".join(map(str, every))
+    verdict.one_of(f"bits {names}", shown, list(allowed), show=lambda it: ", ".join(map(str, it)))
+    if (reading := allowed.get(shown)) is not None:
+        verdict.follows(reading.ambiguity, reading.reading)
 
 
 def _told(node: Node, meaning: StatusBit | None) -> tuple[int, ...]:

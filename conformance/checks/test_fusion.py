@@ -56,6 +56,9 @@ def test_fusion_follows_at_once(
 
     if not seen.answer.confirmed:
         _judge_refused(node.spec, rule, seen, verdict)
+    if rule.fusion is not None and not seen.chosen:
+        place = node.spec.entries[key_of(rule.fusion.object)].address
+        verdict.equal(f"{place} once the fusion is to be in force", "lost", "as written")
     for name, responses in seen.responses.items():
         response = responses[key_of(rule.value)]
         if abs(response.step) <= STEPS:
