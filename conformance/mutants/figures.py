@@ -18,6 +18,7 @@ NO_FIGURES = frozenset(
     {
         *("source", "sources", "variants", "rule", "holds", "count"),
         *("codes", "register_bits", "examples", "communication", "mapping", "objects"),
+        *("response", "parameters", "otherwise"),
     }
 )
 """Keys of a block that say where it is documented, what it is, or what a reader may see of it."""
@@ -33,6 +34,9 @@ NAMES = frozenset(
 
 UNSAID = frozenset({"open", "any", "either"})
 """Choices by which a spec says that the manual leaves something open: nothing that a device does."""
+
+COVERED_DEG = 2
+"""How far an end of a measuring range is moved: more than a bench may be off."""
 
 TPDO_FIGURES = (2, 5)
 """Sub-indices of a TPDO's communication parameter whose ranges its service repeats."""
@@ -182,7 +186,8 @@ class _Walk:
             )
         elif _is_interval(value):
             for n, it in enumerate(value):
-                for other in (it - 1, it + 1):
+                step = COVERED_DEG if "covers" in place else 1
+                for other in (it - step, it + step):
                     yield place, _at(value, n, other), f"{_at(value, n, other)}"
         else:
             for n, it in enumerate(value):
@@ -207,7 +212,8 @@ class _Walk:
             elif isinstance(it, dict):
                 yield from self._dict(it, None, below)
             elif isinstance(it, str):
-                yield from ((below, other, str(other)) for other in choices if other != it)
+                others = (other for other in choices if other != it and other not in UNSAID)
+                yield from ((below, other, str(other)) for other in others)
             yield place, _plain(without(value, key)), f"without {key}"
 
 
