@@ -302,6 +302,7 @@ class Run:
             self.results.run["unsolicited_sdo_responses"] = bench.illegal.unsolicited
             self.results.run["improper_sdo_responses"] = bench.illegal.improper
             self.results.run["improper_heartbeats"] = bench.illegal.error_control
+            self.results.run["improper_lss_responses"] = bench.illegal.lss
             self.results.run["restarts"] = bench.illegal.restarts
             self.results.run["unanswered_sdo_requests"] = bench.illegal.unanswered
             self.results.illegal = str(bench.illegal)

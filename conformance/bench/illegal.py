@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from conformance.bench.link import Link, Stamped
 from conformance.bench.node import Node
-from conformance.wire import cob_id
+from conformance.wire import cob_id, lss
+from conformance.wire.errors import WireError
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtCommand, NmtState
 
@@ -32,6 +33,7 @@ class Illegal:
         error_control: Frames on the node's heartbeat identifier that show no NMT state.
         unsolicited: SDO responses that no request was waiting for.
         improper: SDO responses that answer another request, or have not 8 octets.
+        lss: LSS responses that have not 8 octets, or a command specifier of no slave.
         restarts: Boot-up messages that nothing the bench did had led to.
         unanswered: SDO requests of the set-up without a response.
     """
@@ -39,6 +41,7 @@ class Illegal:
     error_control: int = 0
     unsolicited: int = 0
     improper: int = 0
+    lss: int = 0
     restarts: int = 0
     unanswered: int = 0
     _interventions: int = 0
@@ -49,6 +52,7 @@ class Illegal:
         error_control = link.since(0, node.is_error_control)
         self.error_control += sum(not _shows_state(it.frame) for it in error_control)
         self._count_restarts(link, node, [it for it in error_control if node.is_boot_up(it.frame)])
+        self.lss += len(link.since(0, _is_improper_lss))
         channel = node.channel
         self.unsolicited, self.improper = channel.unsolicited, channel.improper
         self.unanswered = channel.unanswered
@@ -72,6 +76,7 @@ class Illegal:
             _many(self.unsolicited, "SDO response", "that nobody asked for"),
             _many(self.improper, "SDO response", "that cannot answer what was asked"),
             _many(self.error_control, "heartbeat", "that shows no NMT state"),
+            _many(self.lss, "LSS response", "that no slave gives"),
         )
         sent = ", ".join(word for word in illegal if word)
         words = (
@@ -84,6 +89,16 @@ class Illegal:
 
 def _shows_state(frame: Frame) -> bool:
     return len(frame.data) == 1 and frame.data[0] & ~_TOGGLE in _STATES
+
+
+def _is_improper_lss(frame: Frame) -> bool:
+    if frame.can_id != cob_id.LSS_SLAVE or frame.remote or frame.extended:
+        return False
+    try:
+        lss.decode_slave(frame.data)
+    except WireError:
+        return True
+    return False
 
 
 def _may_restart(frame: Frame) -> bool:

@@ -74,13 +74,25 @@ def test_uploads_that_never_end_take_no_long_time(judge: Callable[..., Any]) -> 
     assert finished.record["run"]["frames"] < 50_000
 
 
-def test_what_comes_outside_of_the_checks_counts(bench: Bench) -> None:
+@pytest.mark.parametrize(
+    ("can_id", "data", "what"),
+    [
+        (0x732, "", "1 heartbeat that shows no NMT state"),
+        (0x7E4, "44", "1 LSS response that no slave gives"),
+        (0x7E4, "45 00 00 00 00 00 00 00", "1 LSS response that no slave gives"),
+        (0x7E4, "44 00 00 00 00 00 00 00", ""),
+    ],
+)
+def test_what_comes_outside_of_the_checks_counts(
+    bench: Bench, can_id: int, data: str, what: str
+) -> None:
+    frame = can.Message(arbitration_id=can_id, is_extended_id=False, data=bytes.fromhex(data))
     with can.Bus(interface="canopen_simulator", channel=CHANNEL) as other:
-        other.send(can.Message(arbitration_id=0x732, is_extended_id=False))
+        other.send(frame)
     bench.link.listen(0.1, lambda _: False)
     bench.node()
 
-    assert "1 heartbeat that shows no NMT state" in str(bench.illegal)
+    assert str(bench.illegal) == (f"the node sent what no node may: {what}" if what else "")
 
 
 def test_a_restart_that_nothing_led_to_is_counted(bench: Bench) -> None:
