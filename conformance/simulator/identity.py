@@ -91,11 +91,12 @@ def remember_node_id(spec: DeviceSpec, memory: NonVolatileMemory, node_id: int) 
 
 
 def remember_bitrate(spec: DeviceSpec, memory: NonVolatileMemory, bitrate: int) -> None:
-    """Store a bit rate in the non-volatile memory, in bit/s."""
+    """Store a bit rate in the non-volatile memory, in bit/s, as far as its objects can hold it."""
     memory.bitrate = bitrate
     value = documented_rates(spec).get(bitrate, bitrate)
     for entry in holders(spec, spec.services.bitrate):
-        memory.keep({entry.key: None if entry.default == value else value})
+        held = value & entry.type.maximum
+        memory.keep({entry.key: None if entry.default == held else held})
 
 
 def configured_node_id(spec: DeviceSpec, memory: NonVolatileMemory) -> int:
