@@ -35,8 +35,8 @@ NAMES = frozenset(
 UNSAID = frozenset({"open", "any", "either"})
 """Choices by which a spec says that the manual leaves something open: nothing that a device does."""
 
-COVERED_DEG = 2
-"""How far an end of a measuring range is moved: more than a bench may be off."""
+LIMIT_DEG = 2
+"""How far the limit of an error is moved: more than a bench may be off."""
 
 TPDO_FIGURES = (2, 5)
 """Sub-indices of a TPDO's communication parameter whose ranges its service repeats."""
@@ -186,7 +186,7 @@ class _Walk:
             )
         elif _is_interval(value):
             for n, it in enumerate(value):
-                step = COVERED_DEG if "covers" in place else 1
+                step = LIMIT_DEG if "limits" in place else 1
                 for other in (it - step, it + step):
                     yield place, _at(value, n, other), f"{_at(value, n, other)}"
         else:
