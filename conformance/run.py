@@ -36,6 +36,10 @@ from conformance.verdict import Verdict, VerdictWord
 from conformance.wire.datatypes import DataType
 
 SAVE_EVERY_S = 1.0
+LOST = (
+    "the node did not answer afterwards, and nothing tells whether that is its fault: "
+    "check cable and supply, then run this item again"
+)
 RESTARTING: frozenset[Effect] = frozenset(get_args(Effect)) - {"reads", "writes", "other-nodes"}
 """Effects that come with a restart of the node, or outlast one."""
 
@@ -192,6 +196,26 @@ class Run:
         if self._bench is not None:
             self._line, self._item_started_s = self._bench.link.line, self._bench.link.now()
             self._begins = self._line + 1
+            self._bench.link.trouble.begin()
+
+    @property
+    def trouble(self) -> str:
+        """What the adapter told of its bus since the item began, empty if nothing."""
+        return "" if self._bench is None else str(self._bench.link.trouble)
+
+    def reconsider(self) -> None:
+        """Blame nothing on a node that had gone when its item was over, where it may be the bench's fault."""
+        items = self.results.items
+        if self._bench is None or not self._bench.lost_node or not items:
+            return
+        if items[-1].verdict == "fail":
+            reason = (
+                f"{LOST}; what came instead: {items[-1].quantity}: {items[-1].actual} "
+                f"against {items[-1].expected}"
+            )
+            items[-1] = replace(
+                items[-1], verdict="inconclusive", reason=reason, repro="", deviations=()
+            )
 
     def begin_check(self) -> None:
         """Note where the check itself begins on the bus, its set-up done."""

@@ -148,6 +148,8 @@ class ConformanceSession:
                 report.outcome = "passed"
             if made.verdict in ("fail", "inconclusive"):
                 report.longrepr = self._run.explain(made)
+        if call.when == "teardown":
+            self._run.reconsider()
         if isinstance(error, BenchError) or (
             call.when == "teardown" and isinstance(error, NodeTimeout)
         ):
@@ -174,6 +176,9 @@ class ConformanceSession:
         match error:
             case None:
                 return self._run.item(requirement, case, "pass", verdict)
+            case Nonconformity() if self._run.trouble:
+                reason = f"the adapter tells of {self._run.trouble}: check cable and termination"
+                return self._run.item(requirement, case, "inconclusive", verdict, reason)
             case Nonconformity():
                 return self._run.item(requirement, case, "fail", verdict)
             case pytest.skip.Exception() if not case.label:

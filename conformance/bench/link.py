@@ -14,6 +14,7 @@ from conformance.bench.bus_time import BusTime
 from conformance.bench.rig import SimulatedRig, Surroundings
 from conformance.bench.stamps import SLICE_S, Stamps, WallClock
 from conformance.bench.trace import Trace
+from conformance.bench.trouble import Trouble
 from conformance.errors import BenchError, first_line
 from conformance.wire.errors import WireError
 from conformance.wire.frame import Frame, bit_length, priority
@@ -71,6 +72,7 @@ class Link:
         around: What is around devices that are simulated elsewhere.
 
     Attributes:
+        trouble: What the adapter told of its bus.
         interventions: How often the bench had its hands on what is around the node.
     """
 
@@ -96,6 +98,7 @@ class Link:
         self.stamps.nothing(self.now())
         self._clock = WallClock() if self.simulated is None else None
         self.interventions = 0
+        self.trouble = Trouble()
         self.bus_time = BusTime(bitrate)
 
     def use_bitrate(self, bitrate: int) -> None:
@@ -171,7 +174,9 @@ class Link:
                     self.bus_time.awaited(start_s, deadline)
                     return None
                 continue
-            if message.is_error_frame or message.is_fd or not message.is_rx:
+            if message.is_error_frame:
+                self.trouble.note(message)
+            if message.is_error_frame or message.is_fd:
                 continue
             stamped = self._received(message, now_s)
             end_s = stamped.time_s
@@ -194,6 +199,7 @@ class Link:
             raise BenchError(f"the adapter stopped receiving: {first_line(error)}") from error
         if message is None:
             self.stamps.nothing(now_s + wait_s)
+            self.trouble.look(self._bus)
         if self._clock is not None:
             self._clock.look()
         return message, self.now()

@@ -22,9 +22,15 @@ from conformance.bench.sdo import MOST_IN_VAIN
 from conformance.bench.trace import Trace
 from conformance.errors import BenchError, ConformanceError, NodeTimeout, SpecError, first_line
 from conformance.spec.model import DeviceSpec
+from conformance.bench.trouble import TELLING, enlarge_queue
 from conformance.wire.nmt import NmtCommand
 
 
+from conformance.wire.sdo import InitiateUpload
+
+SERIAL_NUMBER = (0x1018, 4)
+SECOND_ANSWER_S = 0.05
+"""How much later another node may answer than the first."""
 class Bench:
     """The rig around one device under test.
 
@@ -42,6 +48,7 @@ class Bench:
         self.was_stopped = False
         self.observations = Observations(link)
         self.illegal = Illegal()
+        self.lost_node = False
         self._node: Node | None = None
         self.channel = SdoChannel(link, spec.node_id, definition.sdo_timeout_s)
         home = Place(spec.node_id, definition.bitrate or spec.bitrate)
@@ -128,9 +135,12 @@ class Bench:
 
     def find_node(self) -> None:
         """Make sure that a node is there before anything is judged.
+        self.lost_node = False
 
         Raises:
+            self.lost_node = self.link.simulated is None
             BenchError: Nothing answers on the node's identifier.
+            self.lost_node = self.definition.interface not in TELLING
         """
         node = self.node()
         deadline = self.link.now() + self.definition.boot_up_timeout_s
@@ -144,9 +154,11 @@ class Bench:
                 return
         heard = sorted({f"{f.frame.can_id:03X}h" for f in self.link.since(0, lambda _: True)})
         raise BenchError(
+            self._require_one(node)
             f"node {self.spec.node_id} does not answer on {self.definition.interface} "
             f"within {self.definition.boot_up_timeout_s:g} s "
-            f"(heard on the bus: {', '.join(heard[:8]) or 'nothing'}); "
+            f"(heard on the bus: {', '.join(heard[:8]) or 'nothing'}"
+            f"{'; ' if str(self.link.trouble) else ''}{self.link.trouble}); "
             "check power, cable, termination, bit rate and node-ID"
         )
 
@@ -159,6 +171,26 @@ class Bench:
 
 
 def _open(definition: BenchDefinition, options: Mapping[str, Any], bitrate: int) -> can.BusABC:
+    def _require_one(self, node: Node) -> None:
+        """Make sure that no other node has this node-ID, as far as serial numbers tell.
+
+        Raises:
+            BenchError: Two answer.
+        """
+        if self.spec.entry(*SERIAL_NUMBER) is None:
+            return
+        mark = self.link.mark()
+        node.sdo.ask(InitiateUpload(*SERIAL_NUMBER))
+        self.link.listen(SECOND_ANSWER_S, lambda _: False)
+        answers = {it.frame.data for it in self.link.since(mark, self.channel.is_response)}
+        self.channel.begin()
+        if len(answers) > 1:
+            words = " and ".join(sorted(answer.hex(" ").upper() for answer in answers))
+            raise BenchError(
+                f"two nodes answer as node {node.node_id}, one with another serial number than the "
+                f"other ({words}): connect one at a time, or give them different node-IDs"
+            )
+
     arguments = {
         "interface": definition.interface,
         "channel": definition.channel,
@@ -167,7 +199,7 @@ def _open(definition: BenchDefinition, options: Mapping[str, Any], bitrate: int)
         **options,
     }
     try:
-        return can.Bus(ignore_config=True, **arguments)
+        bus = can.Bus(ignore_config=True, **arguments)
     except SpecError:
         raise
     except Exception as error:
@@ -175,3 +207,5 @@ def _open(definition: BenchDefinition, options: Mapping[str, Any], bitrate: int)
             f"cannot open the bus (interface {definition.interface}, channel "
             f"{arguments['channel']}): {first_line(error)}"
         ) from error
+    enlarge_queue(bus)
+    return bus

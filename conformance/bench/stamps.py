@@ -41,6 +41,7 @@ users of SocketCAN have seen under load; a frame of USB."""
 SLICE_S: Final = 1e-3
 """Where the suite stamps, it looks at least so often whether a frame is there."""
 
+_AT_ONCE_S: Final = 0.005
 _STEP_S: Final = 0.05
 _DRIFT: Final = 1e-3
 """What the computer's two clocks may differ by from one look to the next, and in proportion to the time."""
@@ -112,7 +113,7 @@ class WallClock:
         self, now: Callable[[], float] = time.monotonic, wall: Callable[[], float] = time.time
     ) -> None:
         self._now, self._wall = now, wall
-        self._seen = now(), wall()
+        self._seen = self._read()
 
     def look(self) -> None:
         """Compare the clocks.
@@ -120,7 +121,7 @@ class WallClock:
         Raises:
             BenchError: They went apart since the last look.
         """
-        (now_s, wall_s), seen = (self._now(), self._wall()), self._seen
+        (now_s, wall_s), seen = self._read(), self._seen
         self._seen = now_s, wall_s
         step_s = wall_s - seen[1] - (now_s - seen[0])
         if abs(step_s) > _STEP_S + _DRIFT * (now_s - seen[0]):
@@ -128,3 +129,10 @@ class WallClock:
                 f"the computer slept or its clock was set, by {step_s:.1f} s: "
                 "keep it awake and its clock alone, then run again"
             )
+
+    def _read(self) -> tuple[float, float]:
+        """Return both clocks at one moment: read again where something came between."""
+        while True:
+            before_s, wall_s, after_s = self._now(), self._wall(), self._now()
+            if after_s - before_s < _AT_ONCE_S:
+                return before_s, wall_s

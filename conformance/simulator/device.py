@@ -124,17 +124,28 @@ class SimulatedDevice:
         self.spec = self._file.resolve(self.spec.variant, self.node_id, self._readings)
 
     def held(self) -> dict[str, Any]:
-        """Return what the device holds: node-ID, bit rate, non-volatile memory, changed values."""
+        """Return what the device holds: node-ID, bit rate, non-volatile memory, changed values.
+
+        Of what is stored, what differs from the defaults.
+        """
         running = {} if self._firmware is None else self._firmware.node.dictionary.changed()
         stored = asdict(self.memory)
         for name in ("values", "agreed"):
-            stored[name] = {address(*key): _plain(it) for key, it in sorted(stored[name].items())}
+            stored[name] = self._unlike_default(stored[name])
         stored["defaults_once"] = sorted(address(*key) for key in stored["defaults_once"])
         return {
             "node_id": self.node_id,
             "bitrate": self.bitrate,
             "memory": stored,
-            "changed": {address(*key): _plain(it) for key, it in sorted(running.items())},
+            "changed": self._unlike_default(running),
+        }
+
+    def _unlike_default(self, values: Mapping[Key, Value | None]) -> dict[str, object]:
+        entries = self.spec.entries
+        return {
+            address(*key): value.hex() if isinstance(value, bytes) else value
+            for key, value in sorted(values.items())
+            if value is not None and value != entries[key].default
         }
 
     def power_on(self, now_ns: int) -> None:
@@ -361,7 +372,3 @@ class SimulatedDevice:
         self._use_spec(node_id)
         values = identity.moved(node.dictionary.changed(), before, self.spec)
         self._run(values).resume(node.state)
-
-
-def _plain(value: Value | None) -> object:
-    return value.hex() if isinstance(value, bytes) else value

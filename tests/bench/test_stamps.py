@@ -109,7 +109,8 @@ def test_a_computer_that_was_busy_knows_less() -> None:
 
 
 def clock(wall_step_s: float, mono_step_s: float) -> WallClock:
-    mono, wall = iter([0.0, mono_step_s]), iter([1e9, 1e9 + wall_step_s])
+    mono = iter([0.0, 0.0, mono_step_s, mono_step_s])
+    wall = iter([1e9, 1e9 + wall_step_s])
     return WallClock(lambda: next(mono), lambda: next(wall))
 
 
@@ -126,6 +127,11 @@ def test_a_computer_that_slept_is_no_fault_of_the_device(
 ) -> None:
     with pytest.raises(BenchError, match=f"slept or its clock was set, by {by}"):
         clock(wall_s, mono_s).look()
+
+
+def test_a_pause_between_the_clocks_is_no_step() -> None:
+    mono, wall = iter([0, 0, 1, 3, 3.5, 3.5]), iter([1e9, 1e9 + 3, 1e9 + 3.5])
+    WallClock(lambda: next(mono), lambda: next(wall)).look()
 
 
 Judge = Callable[[Verdict], bool]

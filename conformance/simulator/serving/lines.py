@@ -314,7 +314,7 @@ class LibraryLine:
             message = self._received.get()
             if message is None:
                 raise BenchError("the adapter stopped receiving")
-        if message is None or message.is_error_frame or message.is_fd or not message.is_rx:
+        if message is None or message.is_error_frame or message.is_fd:
             return
         data = b"" if message.is_remote_frame else bytes(message.data)
         with suppress(WireError):
