@@ -23,10 +23,9 @@ from conformance.bench.trace import Trace
 from conformance.errors import BenchError, ConformanceError, NodeTimeout, SpecError, first_line
 from conformance.spec.model import DeviceSpec
 from conformance.bench.trouble import TELLING, enlarge_queue
+from conformance.wire.errors import WireError
 from conformance.wire.nmt import NmtCommand
-
-
-from conformance.wire.sdo import InitiateUpload
+from conformance.wire.sdo import InitiateUpload, InitiateUploadReply, decode_response
 
 SERIAL_NUMBER = (0x1018, 4)
 SECOND_ANSWER_S = 0.05
@@ -182,7 +181,8 @@ def _open(definition: BenchDefinition, options: Mapping[str, Any], bitrate: int)
         mark = self.link.mark()
         node.sdo.ask(InitiateUpload(*SERIAL_NUMBER))
         self.link.listen(SECOND_ANSWER_S, lambda _: False)
-        answers = {it.frame.data for it in self.link.since(mark, self.channel.is_response)}
+        heard = self.link.since(mark, self.channel.is_response)
+        answers = {it.frame.data for it in heard if _tells_serial_number(it.frame.data)}
         self.channel.begin()
         if len(answers) > 1:
             words = " and ".join(sorted(answer.hex(" ").upper() for answer in answers))
@@ -209,3 +209,12 @@ def _open(definition: BenchDefinition, options: Mapping[str, Any], bitrate: int)
         ) from error
     enlarge_queue(bus)
     return bus
+
+
+def _tells_serial_number(data: bytes) -> bool:
+    """Tell whether an SDO response is one to an upload of the serial number."""
+    try:
+        reply = decode_response(data)
+    except WireError:
+        return False
+    return isinstance(reply, InitiateUploadReply) and (reply.index, reply.sub) == SERIAL_NUMBER
