@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from conformance.simulator.segment import SECOND, Segment, Station
+from conformance.wire import cob_id
 from conformance.wire.frame import Frame, bit_length
 
 
@@ -55,6 +56,8 @@ class LiveSegment(Segment):
             sender, frame = self._spoken.popleft()
             self._send(frame)
             self._count(frame)
+            if frame.can_id > cob_id.SYNC:
+                continue  # what slaves send means nothing to other slaves
             for station in self._stations:
                 if station is not sender:
                     self._step(station, (frame,))

@@ -54,14 +54,18 @@ class Loop(SimulatorRig):
     def run(self) -> None:
         """Let the devices live until `end`."""
         while not self._ended:
-            with self.present() as segment:
-                event_ns = segment.next_event_ns()
-            wait_s = IDLE_S
-            if event_ns is not None:
-                due_ns = self._epoch_ns + event_ns
-                wait_s = min(max(0.0, (due_ns - time.monotonic_ns()) / _SECOND), IDLE_S)
-            for key, _ in self._selector.select(wait_s):
-                key.data()
+            self.turn(IDLE_S)
+
+    def turn(self, longest_s: float) -> None:
+        """Let the devices live until something happens, or for so long."""
+        with self.present() as segment:
+            event_ns = segment.next_event_ns()
+        wait_s = longest_s
+        if event_ns is not None:
+            due_ns = self._epoch_ns + event_ns
+            wait_s = min(max(0.0, (due_ns - time.monotonic_ns()) / _SECOND), longest_s)
+        for key, _ in self._selector.select(wait_s):
+            key.data()
 
 
 @contextmanager
