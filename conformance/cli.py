@@ -25,6 +25,8 @@ from conformance.spec.load import load_spec
 from conformance.spec.statements import load_statements
 from conformance.spec_commands import (
     BenchOption,
+    BitrateOption,
+    ChannelOption,
     Device,
     FaultOption,
     NodeIdOption,
@@ -84,6 +86,8 @@ def devices() -> None:
 def run(
     device: Device,
     bench: BenchOption = "simulator",
+    channel: ChannelOption = None,
+    bitrate: BitrateOption = None,
     variant: VariantOption = None,
     node_id: NodeIdOption = None,
     serial: Annotated[str, typer.Option(help="Serial number for the record.")] = "",
@@ -113,6 +117,8 @@ def run(
         device=device,
         variant=variant,
         bench=bench,
+        channel=channel,
+        bitrate=bitrate,
         node_id=node_id,
         serial=serial,
         eds=eds,

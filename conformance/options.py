@@ -29,6 +29,8 @@ class RunOptions:
     device: str
     variant: str | None = None
     bench: str = "simulator"
+    channel: str | None = None
+    bitrate: int | None = None
     node_id: int | None = None
     serial: str = ""
     eds: str | None = None
@@ -50,6 +52,8 @@ class RunOptions:
         """
         single = {
             "--bench": "" if self.bench == "simulator" else self.bench,
+            "--channel": self.channel or "",
+            "--bitrate": "" if self.bitrate is None else str(self.bitrate),
             "--variant": variant,
             "--node-id": "" if self.node_id is None else str(self.node_id),
             "--simulate-spec": self.simulate_spec or "",
@@ -68,6 +72,8 @@ class RunOptions:
             device=option.device,
             variant=option.variant,
             bench=option.bench,
+            channel=option.channel,
+            bitrate=option.bitrate,
             node_id=option.node_id,
             serial=option.serial,
             eds=option.eds,

@@ -16,6 +16,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--device", help="device spec: built-in name or path; switches the plug-in on")
     group.addoption("--variant", help="variant of the device; the first of its spec by default")
     group.addoption("--bench", default="simulator", help="bench: built-in name or path")
+    group.addoption("--channel", help="another channel than that of the bench's file")
+    group.addoption("--bitrate", type=int, help="another bit rate than the bench's, in bit/s")
     group.addoption("--node-id", type=int, help="node-ID of the device under test, 1..127")
     group.addoption("--serial", default="", help="serial number to put on the record")
     group.addoption("--eds", help="the device's EDS, to be heard at each deviation")

@@ -39,9 +39,10 @@ def recover(
     path = (
         Path(kept.bench) if bench is None else resources.find("fixtures/benches", bench, "--bench")
     )
-    definition = load_bench(path).model_copy(
-        update={"bitrate": kept.bitrate, "node_id": kept.node_id}
-    )
+    update: dict[str, str | int] = {"bitrate": kept.bitrate, "node_id": kept.node_id}
+    if bench is None and kept.channel is not None:
+        update["channel"] = kept.channel
+    definition = load_bench(path).model_copy(update=update)
     _require_known(spec, kept)
     opened = Bench.open(definition, spec, {}, folder / TRACE)
     try:

@@ -16,6 +16,7 @@ from conformance.bench.as_found import AsFound
 from conformance.bench.definition import load_bench
 from conformance.bench.journal import NAME as JOURNAL
 from conformance.bench.journal import Found, Journal
+from conformance.bench.overriding import overridden
 from conformance.bench.session import Bench
 from conformance.checks import JUDGED_SERVICES
 from conformance.effects import Effect, Need
@@ -63,7 +64,9 @@ class Run:
             "bench": resources.find("fixtures/benches", options.bench, "--bench"),
             "device": resources.find("device_specs", options.device, "DEVICE"),
         }
-        self.definition = load_bench(self._files["bench"])
+        self.definition = overridden(
+            load_bench(self._files["bench"]), options.channel, options.bitrate
+        )
         file = load_spec(self._files["device"])
         node_id = self.definition.node_id if options.node_id is None else options.node_id
         self.spec: DeviceSpec = file.resolve(options.variant, node_id)
@@ -143,6 +146,7 @@ class Run:
             device=str(self._files["device"].resolve()),
             variant=self.spec.variant,
             bench=str(self._files["bench"].resolve()),
+            channel=self.definition.channel,
             node_id=self.spec.node_id,
             bitrate=self.definition.bitrate or self.spec.bitrate,
             serial=self.options.serial,

@@ -31,6 +31,12 @@ Device = Annotated[str, typer.Argument(help="Built-in name (see `devices`) or pa
 VariantOption = Annotated[str | None, typer.Option(help="Variant; the spec's first by default.")]
 NodeIdOption = Annotated[int | None, typer.Option(help="Node-ID, 1 to 127; the factory's default.")]
 BenchOption = Annotated[str, typer.Option(help="Built-in bench or path of a bench file.")]
+ChannelOption = Annotated[
+    str | None, typer.Option(help="Another channel than that of the bench's file.")
+]
+BitrateOption = Annotated[
+    int | None, typer.Option(help="Another bit rate than the bench's, in bit/s.")
+]
 SimulateSpecOption = Annotated[
     str | None, typer.Option(help="Build the simulated device from this spec instead.")
 ]

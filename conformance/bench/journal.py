@@ -46,6 +46,7 @@ class Journal:
         device: Path of the spec.
         variant: Of the device.
         bench: Path of the bench's file.
+        channel: Of the bench; None where it has none.
         node_id: Where the node was.
         bitrate: In bit/s.
         serial: Serial number that the user gave.
@@ -59,6 +60,7 @@ class Journal:
     node_id: int
     bitrate: int
     serial: str = ""
+    channel: str | int | None = None
     found: Found = field(default_factory=lambda: Found({}))
     given_back: bool = False
 
@@ -111,6 +113,7 @@ def _to_json(journal: Journal) -> dict[str, Any]:
         "device": journal.device,
         "variant": journal.variant,
         "bench": journal.bench,
+        "channel": journal.channel,
         "node_id": journal.node_id,
         "bitrate": journal.bitrate,
         "serial": journal.serial,
@@ -137,12 +140,19 @@ def _from_json(data: Mapping[str, Any]) -> Journal:
         device=str(data["device"]),
         variant=str(data["variant"]),
         bench=str(data["bench"]),
+        channel=_channel(data.get("channel")),
         node_id=int(data["node_id"]),
         bitrate=int(data["bitrate"]),
         serial=str(data["serial"]),
         found=found,
         given_back=bool(data["given_back"]),
     )
+
+
+def _channel(given: object) -> str | int | None:
+    if given is None or isinstance(given, str | int):
+        return given
+    raise TypeError(given)
 
 
 def _shown(held: Held) -> dict[str, Any]:

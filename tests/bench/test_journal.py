@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -82,3 +83,8 @@ def test_a_wrong_file_is_told(tmp_path: Path, text: str | None, said: str) -> No
         (tmp_path / NAME).write_text(text, encoding="ascii")
     with pytest.raises(SpecError, match=said):
         load_journal(tmp_path)
+
+
+def test_the_channel_is_kept(tmp_path: Path) -> None:
+    replace(JOURNAL, channel="can1").keep(tmp_path / NAME, FOUND)
+    assert load_journal(tmp_path).channel == "can1"
