@@ -13,6 +13,7 @@ from conformance.bench.provocations import (
     Provocation,
     provocations,
 )
+from conformance.bench.sdo import Transfer
 from conformance.bench.stimulus import Stimulus
 from conformance.errors import NodeTimeout, SetupRefused
 from conformance.spec.document import EmcyProducer
@@ -106,9 +107,11 @@ class EmcyPort:
         """Give a bit of the COB-ID a value, EMCY valid afterwards; tell whether the node takes it."""
         word = self.watch() & ~(1 << bit | NOT_VALID) | value << bit
         self.disable()
-        taken = self._node.try_download(
-            self.producer.object, 0, DataType.UNSIGNED32.encode(word | NOT_VALID)
-        ).confirmed
+        taken = _is_taken(
+            self._node.try_download(
+                self.producer.object, 0, DataType.UNSIGNED32.encode(word | NOT_VALID)
+            )
+        )
         self.enable()
         return taken
 
@@ -119,7 +122,7 @@ class EmcyPort:
         taken = []
         for can_id in can_ids:
             encoded = DataType.UNSIGNED32.encode(word & ~NOT_VALID | can_id)
-            if self._node.sdo.download(self.producer.object, 0, encoded).confirmed:
+            if _is_taken(self._node.sdo.download(self.producer.object, 0, encoded)):
                 taken.append(can_id)
                 self._node.sdo.download(
                     self.producer.object,
@@ -338,3 +341,14 @@ def depths(spec: DeviceSpec, index: int) -> set[int]:
             optional += read.optional
         counts.add(len(places) - optional)
     return counts
+
+
+def _is_taken(transfer: Transfer) -> bool:
+    """Tell whether the node took a COB-ID.
+
+    Raises:
+        NodeTimeout: It did not answer, which is no refusal.
+    """
+    if not transfer.answered:
+        raise NodeTimeout(f"download of a COB-ID: {transfer}")
+    return transfer.confirmed

@@ -110,3 +110,13 @@ def changed(spec: Path, folder: Path, old: str, new: str) -> Path:
     copy = folder / "changed.yaml"
     copy.write_text(text.replace(old, new, 1), encoding="utf-8")
     return copy
+
+
+@pytest.mark.parametrize("device", ["siko_ims360", "baumer_gim140r"])
+def test_a_can_id_that_is_not_answered_is_not_refused(
+    device: str, judge: Callable[..., Any]
+) -> None:
+    finished = judge("--fault", "sdo-refuses-silently", "--select", "EMCY-22/", device=device)
+
+    assert finished.items("inconclusive") != []
+    assert finished.items("pass") == []
