@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
 from typing import Annotated
 
 import typer
 
-from conformance.errors import SpecError
 from conformance.explore.exploration import explore as explore_device
 from conformance.explore.page import to_text
 from conformance.options import RunOptions
@@ -31,7 +29,7 @@ TEXT = "explore.txt"
 
 def explore(
     device: Device,
-    steps: Annotated[int, typer.Option(min=1, help="How many steps to take, about.")] = 1000,
+    steps: Annotated[int, typer.Option(min=1, help="How many steps to take at most.")] = 1000,
     seed: Annotated[int, typer.Option(help="Seed of the choice and of the device.")] = 0,
     variant: VariantOption = None,
     bench: BenchOption = "simulator",
@@ -42,8 +40,6 @@ def explore(
     report_dir: ReportDirOption = None,
 ) -> None:
     """Take a device and a model of it through random steps; exit 1 if they differ, 2 bench failed."""
-    if importlib.util.find_spec("hypothesis") is None:
-        raise SpecError("explore needs hypothesis: pip install 'canopen-conformance[explore]'")
     options = RunOptions(
         device=device,
         variant=variant,

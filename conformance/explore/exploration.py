@@ -10,6 +10,7 @@ from conformance.errors import BenchError
 from conformance.explore.choices import choices
 from conformance.explore.explanation import explained
 from conformance.explore.laboratory import Laboratory
+from conformance.explore.search import search
 from conformance.explore.shortest import Finding, Steps, shortest
 from conformance.options import RunOptions
 from conformance.spec.model import DeviceSpec
@@ -41,7 +42,7 @@ def explore(options: RunOptions, budget: int, trace: Path) -> Explored:
 
     Args:
         options: What the user asked for, as of a run.
-        budget: How many steps to take, about.
+        budget: How many steps to take at most.
         trace: File for what was on the bus when a difference showed.
 
     Raises:
@@ -56,8 +57,6 @@ def explore(options: RunOptions, budget: int, trace: Path) -> Explored:
 
 
 def _explore(laboratory: Laboratory, seed: int, budget: int, trace: Path) -> Explored:
-    from conformance.explore.search import search  # noqa: PLC0415 - it needs hypothesis
-
     allowed = choices(laboratory.spec, laboratory.definition, as_made=laboratory.as_made)
     readings: Mapping[str, int] = {}
     shown: list[Steps] = []

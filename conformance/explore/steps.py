@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from typing import ClassVar, Final, TypeAlias
 
 from conformance.spec.model import DeviceSpec, Key, address
 from conformance.wire import cob_id, sdo
@@ -78,6 +78,8 @@ class Wait:
 @dataclass(frozen=True, slots=True)
 class PowerCycle:
     """The supply is taken away and given back."""
+
+    restarts: ClassVar[bool] = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Final
 
 from conformance.checks import cases
-from conformance.spec.document import Store, Tpdo
 from conformance.spec.model import DeviceSpec, Entry, Key
 from conformance.wire.pdo import MappingEntry
 
@@ -16,6 +15,8 @@ CAN_ID: Final = 0x7FF
 PERIODS_MS: Final = (20, 50, 100, 250)
 INHIBIT_MS: Final = (0, 30, 120)
 TYPES: Final = (0, 1, 2, 3, 252, 253, 254, 255)
+SENDING: Final = ((254, 50), (255, 20), (1, 0))
+"""Transmission types and event times with which a TPDO comes."""
 MOST_WORDS: Final = 4
 MOST_NODES: Final = 0x7F
 FREE_ID: Final = 0x10
@@ -55,82 +56,76 @@ class Values:
         """Return downloads that make the heartbeat producer do something."""
         heartbeat = self._spec.services.heartbeat_producer
         if heartbeat is not None:
-            yield from self._encoded((heartbeat.object, 0), heartbeat.off)
             for ms in PERIODS_MS:
                 yield from self._encoded((heartbeat.object, 0), max(ms, heartbeat.min_ms))
+            yield from self._encoded((heartbeat.object, 0), heartbeat.off)
 
-    def emcy(self) -> Iterator[tuple[Key, bytes]]:
-        """Return downloads that make the EMCY producer do something."""
+    def emcy(self) -> Iterator[list[tuple[Key, bytes]]]:
+        """Return, per object, downloads that make the EMCY producer do something."""
         emcy = self._spec.services.emcy_producer
         if emcy is not None:
-            yield from self._cob_id((emcy.object, 0))
-            for ms in INHIBIT_MS if emcy.inhibit is not None else ():
-                yield from self._encoded((emcy.inhibit or 0, 0), ms * 10)
+            yield list(self._cob_id((emcy.object, 0)))
+            if emcy.inhibit is not None:
+                yield [it for ms in INHIBIT_MS for it in self._encoded((emcy.inhibit, 0), ms * 10)]
 
-    def tpdos(self) -> Iterator[Iterator[tuple[Key, bytes]]]:
-        """Return, per TPDO, downloads that make it do something."""
+    @property
+    def tpdos(self) -> range:
+        """The numbers of the TPDOs, the first of which is 0."""
+        return range(self._tpdo.count if self._tpdo is not None else 0)
+
+    def cob_id(self, number: int) -> list[tuple[Key, bytes]]:
+        """Return downloads to the COB-ID of a TPDO: valid, not valid, and others."""
+        assert self._tpdo is not None  # it has a number
+        return list(self._cob_id((self._tpdo.communication + number, 1)))
+
+    def communication(self, number: int) -> Iterator[list[tuple[Key, bytes]]]:
+        """Return, per object, downloads that say when a TPDO is sent."""
         tpdo = self._tpdo
-        if tpdo is not None:
-            yield from (self._of_tpdo(tpdo, number) for number in range(tpdo.count))
+        assert tpdo is not None  # it has a number
+        index = tpdo.communication + number
+        types = [
+            known
+            for known in TYPES
+            if any(int(low) <= known <= int(high) for low, high in tpdo.transmission_types)
+        ]
+        inhibits = [ms * 1000 // tpdo.inhibit_unit_us for ms in INHIBIT_MS]
+        events = [max(ms, tpdo.min_cycle_ms or 0) if ms else 0 for ms in (0, *PERIODS_MS)]
+        for sub, values in ((2, types), (3, inhibits), (5, events)):
+            yield [it for value in values for it in self._encoded((index, sub), value)]
 
-    def phrases(self) -> Iterator[list[tuple[Key, bytes]]]:
-        """Return downloads that only together do something, TPDO by TPDO."""
+    def sending(self, number: int) -> Iterator[list[tuple[Key, bytes]]]:
+        """Return downloads that together make a TPDO be sent."""
         tpdo = self._tpdo
-        for number in range(tpdo.count if tpdo is not None else 0):
-            assert tpdo is not None
-            communication, mapping = tpdo.communication + number, tpdo.mapping + number
-            valid, invalid = [
-                list(self._cob_id((communication, 1)))[place : place + 1] for place in (0, 1)
-            ]
-            for word in self._words():
-                mapped = [*self._encoded((mapping, 1), word), *self._encoded((mapping, 0), 1)]
-                yield [*invalid, *self._encoded((mapping, 0), 0), *mapped, *valid]
-            for ms in INHIBIT_MS[1:]:
-                inhibit = self._encoded((communication, 3), ms * 1000 // tpdo.inhibit_unit_us)
-                yield [*invalid, *inhibit, *valid]
-            for kind, ms in ((254, PERIODS_MS[1]), (255, PERIODS_MS[0]), (1, 0), (2, 0)):
-                least = max(ms, tpdo.min_cycle_ms or 0) if ms else 0
-                timed = [
-                    *self._encoded((communication, 2), kind),
-                    *self._encoded((communication, 5), least),
-                ]
-                yield [*timed, *valid]
+        assert tpdo is not None  # it has a number
+        index = tpdo.communication + number
+        for kind, ms in SENDING:
+            least = max(ms, tpdo.min_cycle_ms or 0) if ms else 0
+            yield [*self._encoded((index, 2), kind), *self._encoded((index, 5), least)]
 
-    def _of_tpdo(self, tpdo: Tpdo, number: int) -> Iterator[tuple[Key, bytes]]:
-        communication, mapping = tpdo.communication + number, tpdo.mapping + number
-        yield from self._cob_id((communication, 1))
-        for known in TYPES:
-            if any(int(low) <= known <= int(high) for low, high in tpdo.transmission_types):
-                yield from self._encoded((communication, 2), known)
-        for ms in INHIBIT_MS:
-            yield from self._encoded((communication, 3), ms * 1000 // tpdo.inhibit_unit_us)
-        for ms in (0, *PERIODS_MS):
-            yield from self._encoded(
-                (communication, 5), max(ms, tpdo.min_cycle_ms or 0) if ms else 0
-            )
-        for count in (0, 1, 2):
-            yield from self._encoded((mapping, 0), count)
-        for sub in (1, 2):
-            for word in self._words():
-                yield from self._encoded((mapping, sub), word)
+    def mapping(self, number: int) -> Iterator[list[tuple[Key, bytes]]]:
+        """Return, per object, downloads that say what a TPDO carries; first the number of objects."""
+        assert self._tpdo is not None  # it has a number
+        index = self._tpdo.mapping + number
+        for sub, values in ((0, [0, 1, 2]), (1, list(self._words())), (2, list(self._words()))):
+            yield [it for value in values for it in self._encoded((index, sub), value)]
 
-    def legal(self, entry: Entry) -> Iterator[bytes]:
-        """Return values that an entry takes, as far as they leave the node usable."""
+    @property
+    def stores(self) -> Collection[int]:
+        """The objects that store and restore."""
+        return self._stores
+
+    def legal(self, entry: Entry) -> Iterator[tuple[Key, bytes]]:
+        """Return downloads that an entry takes, as far as they leave the node usable."""
         store = self._stores.get(entry.index)
         if store is not None:
-            yield from self._signatures(store, entry)
+            if entry.sub in store.groups:
+                yield entry.key, entry.type.encode(store.word)
         elif entry.key in self._cob_ids or entry.key in self._periods or not entry.type.is_integer:
-            return  # the settings have these
-        elif cases.is_mapping(entry, self._spec):
-            return
-        else:
+            return  # the services have these
+        elif not cases.is_mapping(entry, self._spec):
             for value in dict.fromkeys(self._plain(entry)):
                 if value not in entry.leaves_canopen:
-                    yield entry.type.encode(value)
-
-    def _signatures(self, store: Store, entry: Entry) -> Iterator[bytes]:
-        if entry.sub in store.groups:
-            yield entry.type.encode(store.word)
+                    yield entry.key, entry.type.encode(value)
 
     def _plain(self, entry: Entry) -> Iterator[int]:
         if isinstance(entry.default, int):

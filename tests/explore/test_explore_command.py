@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from conformance.cli import app
-from conformance.errors import SpecError
 from conformance.explore.explanation import explained
 from conformance.explore.exploration import explore
 from conformance.explore.laboratory import Laboratory
@@ -69,10 +67,3 @@ def test_the_same_seed_takes_the_same_steps(tmp_path: Path) -> None:
     options = RunOptions(device="baumer_gim140r", seed=5)
     told = [explore(options, STEPS, tmp_path / "trace.log") for _ in range(2)]
     assert (told[0].steps, told[0].sequences) == (told[1].steps, told[1].sequences)
-
-
-def test_without_hypothesis_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(importlib.util, "find_spec", lambda _name: None)
-    result = CliRunner().invoke(app, ["explore", "siko_ims360"])
-    assert isinstance(result.exception, SpecError)
-    assert "pip install 'canopen-conformance[explore]'" in str(result.exception)

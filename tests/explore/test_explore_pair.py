@@ -10,10 +10,11 @@ from conformance.explore.steps import Download, Nmt, Sync, Upload, Wait
 from conformance.options import RunOptions
 
 DEVICE = "danfoss_dst_x730"
-STOP, START, RESET_COMMUNICATION = Nmt(2), Nmt(1), Nmt(130)
+STOP, START, RESET_NODE, RESET_COMMUNICATION = Nmt(2), Nmt(1), Nmt(129), Nmt(130)
 HEARTBEAT = Download((0x1017, 0), b"\x64\x00")
 EVENT_TIME = Download((0x1800, 5), b"\x64\x00")
 NO_TPDO = Download((0x1800, 1), (0x8000_01FF).to_bytes(4, "little"))
+STORE = Download((0x1010, 1), b"save")
 NONE_MAPPED = Download((0x1A00, 0), b"\x00")
 
 LAPSES: dict[str, Steps] = {
@@ -34,6 +35,8 @@ LAPSES: dict[str, Steps] = {
         EVENT_TIME,
         START,
     ),
+    "lapse-sdo-after-sync": (START, Sync(), STOP, START, Upload((0x1000, 0))),
+    "lapse-tpdo-after-store": (Upload((0x1000, 0)), EVENT_TIME, STORE, RESET_NODE, START),
 }
 """Sequences that end with what the lapse does wrong."""
 
