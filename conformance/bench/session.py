@@ -20,9 +20,9 @@ from conformance.bench.reach import Place, Reach
 from conformance.bench.remote_rig import RemoteRig
 from conformance.bench.sdo import MOST_IN_VAIN
 from conformance.bench.trace import Trace
+from conformance.bench.trouble import TELLING, enlarge_queue
 from conformance.errors import BenchError, ConformanceError, NodeTimeout, SpecError, first_line
 from conformance.spec.model import DeviceSpec
-from conformance.bench.trouble import TELLING, enlarge_queue
 from conformance.wire.errors import WireError
 from conformance.wire.nmt import NmtCommand
 from conformance.wire.sdo import InitiateUpload, InitiateUploadReply, decode_response
@@ -30,6 +30,8 @@ from conformance.wire.sdo import InitiateUpload, InitiateUploadReply, decode_res
 SERIAL_NUMBER = (0x1018, 4)
 SECOND_ANSWER_S = 0.05
 """How much later another node may answer than the first."""
+
+
 class Bench:
     """The rig around one device under test.
 
@@ -125,25 +127,26 @@ class Bench:
             self.non_volatile_writes += node.non_volatile_writes
 
     def _end(self, node: Node, *, doubtful: bool) -> None:
+        self.lost_node = False
         node.restore()
         if doubtful and not node.answers():
+            self.lost_node = self.link.simulated is None
             node.recover()
+            self.lost_node = self.definition.interface not in TELLING
         self.channel.settle()
         if self.channel.in_vain >= MOST_IN_VAIN:
             raise NodeTimeout(f"node {node.node_id} does not end its uploads")
 
     def find_node(self) -> None:
         """Make sure that a node is there before anything is judged.
-        self.lost_node = False
 
         Raises:
-            self.lost_node = self.link.simulated is None
             BenchError: Nothing answers on the node's identifier.
-            self.lost_node = self.definition.interface not in TELLING
         """
         node = self.node()
         deadline = self.link.now() + self.definition.boot_up_timeout_s
         if node.answers() or node.answers():
+            self._require_one(node)
             return
         booting = bool(self.link.since(0, node.is_boot_up))
         node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
@@ -153,7 +156,6 @@ class Bench:
                 return
         heard = sorted({f"{f.frame.can_id:03X}h" for f in self.link.since(0, lambda _: True)})
         raise BenchError(
-            self._require_one(node)
             f"node {self.spec.node_id} does not answer on {self.definition.interface} "
             f"within {self.definition.boot_up_timeout_s:g} s "
             f"(heard on the bus: {', '.join(heard[:8]) or 'nothing'}"
@@ -161,15 +163,6 @@ class Bench:
             "check power, cable, termination, bit rate and node-ID"
         )
 
-    def close(self) -> None:
-        """Close the bus; what was recorded is kept even when the adapter is gone."""
-        try:
-            self.link.close()
-        except (can.CanError, OSError, ConformanceError) as error:
-            raise BenchError(f"cannot close the bus: {error}") from error
-
-
-def _open(definition: BenchDefinition, options: Mapping[str, Any], bitrate: int) -> can.BusABC:
     def _require_one(self, node: Node) -> None:
         """Make sure that no other node has this node-ID, as far as serial numbers tell.
 
@@ -191,6 +184,15 @@ def _open(definition: BenchDefinition, options: Mapping[str, Any], bitrate: int)
                 f"other ({words}): connect one at a time, or give them different node-IDs"
             )
 
+    def close(self) -> None:
+        """Close the bus; what was recorded is kept even when the adapter is gone."""
+        try:
+            self.link.close()
+        except (can.CanError, OSError, ConformanceError) as error:
+            raise BenchError(f"cannot close the bus: {error}") from error
+
+
+def _open(definition: BenchDefinition, options: Mapping[str, Any], bitrate: int) -> can.BusABC:
     arguments = {
         "interface": definition.interface,
         "channel": definition.channel,
