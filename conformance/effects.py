@@ -20,12 +20,20 @@ IN_FORCE: tuple[Effect, ...] = ("resets", "non-volatile")
 """What it takes to put values in force that act only after a store and a restart."""
 
 Need: TypeAlias = Literal[
-    "tilt", "temperature", "supply", "operator", "second-node", "bus-errors", "remote-frames"
+    "tilt",
+    "sudden-tilt",
+    "temperature",
+    "supply",
+    "operator",
+    "second-node",
+    "bus-errors",
+    "remote-frames",
 ]
 """Beside data frames: the stimulus of a quantity, a person who looks, another node of the same kind."""
 
 LACKING: dict[Need, str] = {
     "tilt": "the bench has no tilt stimulus",
+    "sudden-tilt": "the bench cannot tilt at once",
     "temperature": "the bench cannot change the temperature",
     "supply": "the bench cannot change the supply voltage",
     "operator": "the bench has no operator",

@@ -141,7 +141,10 @@ def refusal(
         return "the bench cannot switch the supply"
     if "bitrate" in effects and not definition.sets_bitrate:
         return "the bit rate belongs to the interface and cannot be followed"
-    return " and ".join(LACKING[need] for need in needs if not definition.has(need))
+    lacking = [need for need in needs if not definition.has(need)]
+    if "sudden-tilt" in lacking and not definition.has("tilt"):
+        lacking = ["tilt", *(need for need in lacking if need not in ("tilt", "sudden-tilt"))]
+    return " and ".join(LACKING[need] for need in lacking)
 
 
 def selection(text: str) -> Callable[[str], bool]:

@@ -239,7 +239,7 @@ class Run:
         if verdict.trace is not None:
             first, last = verdict.trace
         now = self._bench.link.now() if self._bench else 0.0
-        failed = [m for m in verdict.measurements if not m.ok]
+        failed = [m for m in verdict.measurements if not m.ok and (m.resolved or word != "fail")]
         decisive = failed[:1] or verdict.measurements[-1:]
         shown = decisive[0] if decisive and word in ("pass", "fail") else None
         manual = self.spec.cite(case.section) if case.section else ""

@@ -19,6 +19,9 @@ from conformance.run import Run
 from conformance.verdict import EmptyCheckError, Nonconformity, Unresolved, Verdict
 
 CHECK_TIMEOUT_S = 120
+PERSON_TIMEOUT_S = 3600
+"""For a check during which a person switches and tilts, each with a time limit of its own."""
+
 _ABSENT = Case("", None, "")
 RUN = pytest.StashKey[Run]()
 
@@ -32,7 +35,8 @@ def attach(config: pytest.Config) -> None:
     except SpecError as error:
         raise pytest.UsageError(str(error)) from error
     if config.pluginmanager.hasplugin("timeout") and not config.option.timeout:
-        config.option.timeout = CHECK_TIMEOUT_S
+        person = run.definition.waits_for_a_person
+        config.option.timeout = PERSON_TIMEOUT_S if person else CHECK_TIMEOUT_S
     config.pluginmanager.register(ConformanceSession(config, run), "conformance-session")
 
 
@@ -192,7 +196,7 @@ class ConformanceSession:
             case EmptyCheckError():
                 reason = f"defect of the suite: {error}"
             case pytest.fail.Exception():
-                reason = f"the check did not end within {CHECK_TIMEOUT_S} s"
+                reason = f"the check did not end within {self._config.option.timeout:g} s"
             case _:
                 reason = f"defect of the suite: {type(error).__name__}: {error}"
         return self._run.item(requirement, case, "inconclusive", verdict, reason)

@@ -85,9 +85,19 @@ class Verdict:
         wanted = " or ".join(show(value) for value in expected)
         return self._add(quantity, wanted, show(actual), unit, ok=actual in expected)
 
-    def holds(self, quantity: str, *, expected: str, actual: str, ok: bool) -> bool:
-        """Judge what has no single figure; the words say what was expected and what came."""
-        return self._add(quantity, expected, actual, "", ok=ok)
+    def holds(
+        self, quantity: str, *, expected: str, actual: str, ok: bool, resolved: bool = True
+    ) -> bool:
+        """Judge what has no single figure; the words say what was expected and what came.
+
+        Args:
+            quantity: What it is.
+            expected: In words.
+            actual: In words.
+            ok: It is as expected.
+            resolved: The bench can tell.
+        """
+        return self._add(quantity, expected, actual, "", ok=ok, resolved=resolved)
 
     def within(
         self,
@@ -98,6 +108,7 @@ class Verdict:
         *,
         unit: str,
         over: int = 1,
+        doubt: float = 0.0,
     ) -> bool:
         """Judge that each of some figures is within a tolerance of the nominal one.
 
@@ -108,6 +119,7 @@ class Verdict:
             tolerance: How far they may be off.
             unit: Theirs.
             over: How many periods a figure is the mean of.
+            doubt: By how much the bench may have put a figure off, beside its times.
         """
         expected = f"{nominal:g} {unit} ± {tolerance:g} {unit}"
         if not actual:
@@ -115,7 +127,7 @@ class Verdict:
         worst = max(range(len(actual)), key=lambda n: abs(actual[n] - nominal))
         of = f" (worst of {len(actual)}, no. {worst + 1})" if len(actual) > 1 else ""
         margin = tolerance - abs(actual[worst] - nominal)
-        return self._measured(quantity, expected, actual[worst], of, margin, unit, over)
+        return self._measured(quantity, expected, actual[worst], of, margin, unit, over, doubt)
 
     def at_least(
         self, quantity: str, actual: float, limit: float, *, unit: str, over: int = 1
@@ -124,10 +136,13 @@ class Verdict:
         expected = f"at least {limit:g} {unit}"
         return self._measured(quantity, expected, actual, "", actual - limit, unit, over)
 
-    def at_most(self, quantity: str, actual: float, limit: float, *, unit: str) -> bool:
-        """Judge that a figure is not above a limit."""
+    def at_most(
+        self, quantity: str, actual: float, limit: float, *, unit: str, doubt: float = 0.0
+    ) -> bool:
+        """Judge that a figure, which the bench may have put off by so much, is not above a limit."""
         expected = f"at most {limit:g} {unit}"
-        return self._measured(quantity, expected, actual, "", limit - actual, unit)
+        margin = limit - actual
+        return self._measured(quantity, expected, actual, "", margin, unit, doubt=doubt)
 
     def follows(self, ambiguity: str, reading: int) -> None:
         """Note which reading of an ambiguous place the device follows."""
@@ -166,9 +181,10 @@ class Verdict:
         margin: float,
         unit: str,
         over: int = 1,
+        doubt: float = 0.0,
     ) -> bool:
         """Judge a figure by how far inside its limits it is, negative where it is not."""
-        uncertainty = self.uncertainty_ms() * _PER_MS.get(unit, 0.0) / over
+        uncertainty = self.uncertainty_ms() * _PER_MS.get(unit, 0.0) / over + doubt
         words = f" ± {uncertainty:.2g} {unit}" if uncertainty else ""
         return self._add(
             quantity,

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, Self, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from conformance.bench.stamps import Stamps, stamper_of, usual_jitter_ms
+from conformance.bench.who import Power, Stimulus, TiltBy
 from conformance.effects import Effect, Need
 from conformance.errors import Problem, SpecError
 from conformance.spec.validation import validate
@@ -36,7 +37,8 @@ class BenchDefinition(BaseModel):
         options: Further arguments of the interface, as python-can takes them.
         control: ``HOST:PORT`` of a simulated device in another process, for what ``simulator`` does.
         power: Who switches the device's supply.
-        stimulus: What can be changed around the device, and by whom.
+        stimulus: What can be changed around the device, and by whom; a person or a machine tilts alone.
+        tolerance_deg: By how much a tilt may be off that the simulator does not make, about each axis.
         operator: Who answers questions about what only eyes can see.
         second_node: Who adds another node of the same kind to the bus.
         bus_errors: Who destroys frames, so that the device counts errors.
@@ -56,8 +58,9 @@ class BenchDefinition(BaseModel):
     node_id: Annotated[int, Field(ge=1, le=127)] | None = None
     options: dict[str, Any] = {}
     control: Annotated[str, Field(pattern=r"^.+:\d+$")] | None = None
-    power: Literal["none", "simulator"] = "none"
-    stimulus: dict[Quantity, Literal["simulator"]] = {}
+    power: Power = "none"
+    stimulus: dict[Quantity, Stimulus] = {}
+    tolerance_deg: Annotated[float, Field(ge=0, le=10)] = 2.0
     operator: Literal["none", "simulator", "terminal"] = "none"
     second_node: Literal["none", "simulator"] = "none"
     bus_errors: Literal["none", "simulator"] = "none"
@@ -65,6 +68,30 @@ class BenchDefinition(BaseModel):
     timestamp_jitter_ms: Annotated[float, Field(ge=0, le=1000)] | None = None
     sdo_timeout_s: Annotated[float, Field(gt=0, le=60)] = 1.0
     boot_up_timeout_s: Annotated[float, Field(gt=0, le=60)] = 5.0
+
+    @model_validator(mode="after")
+    def _people(self) -> Self:
+        asked = [it for it in ("power", "stimulus.tilt") if it in self._by_operator()]
+        if asked and self.operator == "none":
+            raise ValueError(f"expected an operator for {' and '.join(asked)}, got none")
+        for quantity in ("temperature", "supply"):
+            if self.stimulus.get(quantity, "simulator") != "simulator":
+                raise ValueError(f"expected the simulator for stimulus.{quantity}, got another")
+        return self
+
+    def _by_operator(self) -> list[str]:
+        by = {"power": self.power, "stimulus.tilt": self.stimulus.get("tilt")}
+        return [name for name, who in by.items() if who == "operator"]
+
+    @property
+    def waits_for_a_person(self) -> bool:
+        """Checks wait until a person has switched or tilted something."""
+        return bool(self._by_operator())
+
+    @property
+    def tilt_off_deg(self) -> float:
+        """By how much a tilt may be off about each axis; 0 where the simulator tilts."""
+        return 0.0 if self.stimulus.get("tilt", "simulator") == "simulator" else self.tolerance_deg
 
     @property
     def sets_bitrate(self) -> bool:
@@ -96,6 +123,9 @@ class BenchDefinition(BaseModel):
             return self.interface not in _WITHOUT_REMOTE_FRAMES
         if need == "bus-errors":
             return self.bus_errors != "none"
+        if need == "sudden-tilt":
+            by = self.stimulus.get("tilt")
+            return by.sudden if isinstance(by, TiltBy) else by == "simulator"
         return need in self.stimulus
 
 

@@ -172,8 +172,9 @@ class EmcyPort:
             self._destroying.enter_context(self._stimulus.bus_error("error-passive"))
             self._node.link.listen(WINDOW_S, self.matches)
             return self._node.link.since(mark, self.matches)
+        tilts = [error for error in errors if isinstance(error, Provocation)]
         return self.tilt(
-            {error.axis: error.beyond_deg for error in errors if isinstance(error, Provocation)}
+            {error.axis: error.beyond_deg(self._stimulus.tolerance_deg) for error in tilts}
         )
 
     def tilt(self, angles: Mapping[str, float]) -> list[Stamped]:

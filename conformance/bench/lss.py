@@ -259,7 +259,7 @@ class LssPort:
             self._configure_home()
             if self.reach.reset(self.node, home, *places, command=NmtCommand.RESET_COMMUNICATION):
                 self.node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
-        if self.reach.here != home and self._link.rig is not None:
+        if self.reach.here != home and self.node.switchable:
             self.reach.power_cycle(self.node, home, *places)
 
     def _configure_home(self) -> None:

@@ -11,6 +11,7 @@ from conformance.bench.interrupts import uninterrupted
 from conformance.bench.keeping import memory_keys, store_words
 from conformance.bench.link import Link, Stamped
 from conformance.bench.offsets import offset_steps
+from conformance.bench.power import Supply
 from conformance.bench.sdo import SdoPort, Transfer
 from conformance.bench.setup_client import SetupClient
 from conformance.errors import NodeTimeout, SetupRefused
@@ -38,6 +39,7 @@ class Node:
         channel: The node's SDO server.
         boot_up_timeout_s: Longest wait for a boot-up message.
         alone: No other node is on the bus, or all may be disturbed.
+        supply: The node's supply; None where nobody may switch it.
     """
 
     def __init__(
@@ -48,8 +50,10 @@ class Node:
         boot_up_timeout_s: float,
         *,
         alone: bool,
+        supply: Supply | None = None,
     ) -> None:
         self.link = link
+        self._supply = supply
         self.spec = spec
         self.boot_up_timeout_s = boot_up_timeout_s
         self._alone = alone
@@ -67,6 +71,11 @@ class Node:
     def node_id(self) -> int:
         """The node-ID at which the node is spoken to."""
         return self.channel.node_id
+
+    @property
+    def switchable(self) -> bool:
+        """The bench can switch the node's supply."""
+        return self._supply is not None
 
     # Set-up: what fails here makes the check inconclusive.
 
@@ -230,32 +239,33 @@ class Node:
 
     def begin_power_cycle(self) -> int:
         """Take the supply away and give it back; return the mark since which it may be back."""
-        rig = self.link.rig
-        if rig is None:
-            raise SetupRefused("the bench cannot switch the supply")
+        supply = self._require_supply()
         self._settle()
         mark = self.link.mark()
-        rig.power_off()
-        rig.power_on()
+        supply.off()
+        supply.on()
         self.was_reset = True
         return mark
 
     @contextmanager
     def without_supply(self) -> Iterator[None]:
         """Take the supply away for a while, then wait until the node answers."""
-        rig = self.link.rig
-        if rig is None:
-            raise SetupRefused("the bench cannot switch the supply")
+        supply = self._require_supply()
         self._settle()
-        rig.power_off()
+        supply.off()
         try:
             yield
         finally:
             mark = self.link.mark()
-            rig.power_on()
+            supply.on()
             self.was_reset = True
             self.await_boot_up(mark)
             self.hold_back()
+
+    def _require_supply(self) -> Supply:
+        if self._supply is None:
+            raise SetupRefused("the bench cannot switch the supply")
+        return self._supply
 
     def hold_back(self) -> None:
         """Bring a node that may have started by itself to Pre-operational."""
@@ -325,7 +335,7 @@ class Node:
         steps: list[Callable[[], None]] = [self.reset]
         if self._alone:
             steps.append(lambda: self.reset(node_id=0))
-        if self.link.rig is not None:
+        if self.switchable:
             steps.append(self.power_cycle)
         for step in steps:
             try:

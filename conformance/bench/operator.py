@@ -55,6 +55,27 @@ class Operator(ABC):
             SetupRefused: There is no answer.
         """
 
+    @abstractmethod
+    def switch_supply(self, *, on: bool) -> None:
+        """Switch the supply of the device, and return once that is done.
+
+        Raises:
+            SetupRefused: There is no answer.
+        """
+
+    @abstractmethod
+    def tilt(self, x_deg: float, y_deg: float, tolerance_deg: float) -> None:
+        """Tilt the device about its axes, and return once it is at rest.
+
+        Args:
+            x_deg: About the X axis, in degrees.
+            y_deg: About the Y axis, in degrees.
+            tolerance_deg: By how much either may be off.
+
+        Raises:
+            SetupRefused: There is no answer.
+        """
+
 
 class TerminalOperator(Operator):
     """A person who answers by a number; the bus goes on being heard meanwhile.
@@ -84,11 +105,37 @@ class TerminalOperator(Operator):
         question = f"Is {number} ({number:X}h) the serial number on the label of the device?"
         return self._choose(question, ("yes", "no")) == 0
 
+    def switch_supply(self, *, on: bool) -> None:
+        """Ask for the switch."""
+        self._have_done(f"Switch the supply of the sensor {'ON' if on else 'OFF'}")
+
+    def tilt(self, x_deg: float, y_deg: float, tolerance_deg: float) -> None:
+        """Ask for a tilt."""
+        angles = [
+            f"{deg:+g} deg about the {axis} axis"
+            for axis, deg in zip("XY", (x_deg, y_deg), strict=True)
+            if deg
+        ]
+        what = f"Tilt the sensor to {' and '.join(angles)}" if angles else "Level the sensor"
+        alone = ", keep the other axis level" if len(angles) == 1 else ""
+        self._have_done(f"{what} (within {tolerance_deg:g} deg){alone}, and leave it at rest")
+
+    def _have_done(self, what: str) -> None:
+        """Ask for something, and wait for Enter."""
+        self._forget()
+        self._questions.write(f"{what}, then press Enter: ")
+        self._questions.flush()
+        self._line(time.monotonic() + ANSWER_S)
+
+    def _forget(self) -> None:
+        """Forget what came too late for the question before."""
+        while not self._lines.empty():
+            self._lines.get()
+
     def _choose(self, question: str, words: Sequence[str]) -> int:
         """Return the place of the answer among some words."""
         lines = [f"  {number}  {each}" for number, each in enumerate(words, 1)]
-        while not self._lines.empty():  # what came too late for the question before
-            self._lines.get()
+        self._forget()
         prompt = "\n".join([question, *lines, "Number: "])
         deadline_s = time.monotonic() + ANSWER_S
         while True:
@@ -146,6 +193,17 @@ class SimulatedOperator(Operator):
     def is_on_label(self, number: int) -> bool:
         """Read the label of the simulated device."""
         return self._rig.label() == str(number)
+
+    def switch_supply(self, *, on: bool) -> None:
+        """Switch the supply of the simulated device."""
+        self._link.listen(REACTION_S, lambda _: False)
+        (self._rig.power_on if on else self._rig.power_off)()
+
+    def tilt(self, x_deg: float, y_deg: float, tolerance_deg: float) -> None:
+        """Tilt the simulated device, in steps, and as far off as is allowed."""
+        self._link.listen(REACTION_S, lambda _: False)
+        off_deg = tolerance_deg if (x_deg, y_deg) != (0.0, 0.0) else 0.0
+        self._rig.set_tilt(x_deg + off_deg, y_deg + off_deg)
 
     def _changes(self, light: str, most_s: float, count: int) -> list[tuple[float, bool]]:
         """Return when the light changes, and to what; until there are so many, or no more come."""

@@ -35,10 +35,10 @@ class Provocation:
     side: Literal["above", "below"]
     source: str
 
-    @property
-    def beyond_deg(self) -> float:
-        """An angle that is the error for sure."""
-        return self.limit_deg + (MARGIN_DEG if self.side == "above" else -MARGIN_DEG)
+    def beyond_deg(self, tolerance_deg: float) -> float:
+        """Return an angle that is the error for sure, on a bench that is so exact."""
+        margin_deg = MARGIN_DEG + tolerance_deg
+        return self.limit_deg + (margin_deg if self.side == "above" else -margin_deg)
 
     @property
     def within_deg(self) -> float:

@@ -210,7 +210,7 @@ class Reach:
             write()
         self._write_back(node)
         self.reset(node, self.home, *places)
-        if not self._is_home(node) and self._link.rig is not None:
+        if not self._is_home(node) and node.switchable:
             self.power_cycle(node, self.home, *places)
         if not self._is_home(node):
             answers = node.answers() or self.search(node, *places) is not None
@@ -228,7 +228,7 @@ class Reach:
         Returns:
             The place, to which the bench has gone; None where there is none.
         """
-        if self._link.rig is None:
+        if not node.switchable:
             return None
         visited = [place.bitrate for place in places]
         for bitrate in dict.fromkeys((*visited, *documented_rates(self._spec))):

@@ -16,9 +16,11 @@ from conformance.bench.link import Link
 from conformance.bench.node import Node
 from conformance.bench.observations import Observations
 from conformance.bench.operator import Operator, operator_of
+from conformance.bench.power import supply_of
 from conformance.bench.reach import Place, Reach
 from conformance.bench.remote_rig import RemoteRig
 from conformance.bench.sdo import MOST_IN_VAIN
+from conformance.bench.tilting import tilting_of
 from conformance.bench.trace import Trace
 from conformance.bench.trouble import TELLING, enlarge_queue
 from conformance.errors import BenchError, ConformanceError, NodeTimeout, SpecError, first_line
@@ -47,13 +49,15 @@ class Bench:
         self.link = link
         self.non_volatile_writes = 0
         self.was_stopped = False
+        self.lost_node = False
         self.observations = Observations(link)
         self.illegal = Illegal()
-        self.lost_node = False
         self._node: Node | None = None
         self.channel = SdoChannel(link, spec.node_id, definition.sdo_timeout_s)
         home = Place(spec.node_id, definition.bitrate or spec.bitrate)
         self.reach = Reach(link, self.channel, spec, home, definition.boot_up_timeout_s)
+        self._supply = supply_of(definition, link, lambda: self.operator)
+        self.tilting = tilting_of(definition, lambda: self.operator)
 
     @classmethod
     def open(
@@ -84,7 +88,11 @@ class Bench:
             definition.stamps(),
             RemoteRig(definition.control) if definition.control else None,
         )
-        return cls(definition, spec, link)
+        try:
+            return cls(definition, spec, link)
+        except BenchError:
+            link.close()
+            raise
 
     @cached_property
     def operator(self) -> Operator:
@@ -102,6 +110,7 @@ class Bench:
             self.channel,
             self.definition.boot_up_timeout_s,
             alone="other-nodes" in self.definition.allow,
+            supply=self._supply,
         )
         return self._node
 

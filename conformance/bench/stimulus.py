@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from conformance.bench.link import Link
 from conformance.bench.rig import Surroundings
 from conformance.bench.settling import Settling
+from conformance.bench.tilting import Tilting
 from conformance.errors import SetupRefused
 from conformance.spec.services import BusError
 
@@ -21,24 +22,38 @@ class Stimulus:
     Args:
         link: The link to the bus; a simulated one carries its devices' surroundings.
         settling: What waits for the device's filters.
+        tilting: What tilts the device; None where the simulator does.
     """
 
-    def __init__(self, link: Link, settling: Settling) -> None:
+    def __init__(self, link: Link, settling: Settling, tilting: Tilting | None = None) -> None:
         self._link = link
         self._settling = settling
+        self._tilting = tilting
         self._changed = False
+
+    @property
+    def tolerance_deg(self) -> float:
+        """By how much a tilt about either axis may be off, in degrees."""
+        return 0.0 if self._tilting is None else self._tilting.tolerance_deg
 
     def tilt(self, x_deg: float, y_deg: float = 0.0) -> None:
         """Tilt the device and let it settle, its filters included."""
-        self._rig.set_tilt(x_deg, y_deg)
+        self._tilt(x_deg, y_deg)
         self._settle()
         self._settling.wait()
 
     def turn(self, x_deg: float, y_deg: float) -> float:
         """Tilt the device and return at once, with the time at which it was tilted."""
-        self._rig.set_tilt(x_deg, y_deg)
-        self._changed = True
+        self._tilt(x_deg, y_deg)
         return self._link.now()
+
+    def _tilt(self, x_deg: float, y_deg: float) -> None:
+        self._changed = True
+        if self._tilting is None:
+            self._rig.set_tilt(x_deg, y_deg)
+            return
+        self._link.interventions += 1
+        self._tilting.set_tilt(x_deg, y_deg)
 
     def temperature(self, degc: float) -> None:
         """Bring the device to a temperature and let it settle."""
@@ -75,7 +90,12 @@ class Stimulus:
     def rest(self) -> None:
         """Bring everything back to where it was."""
         if self._changed:
-            self._rig.at_rest()
+            if self._link.rig is not None:
+                self._rig.at_rest()
+                if self._tilting is not None:
+                    self._tilting.forget()
+            elif self._tilting is not None:
+                self._tilting.level()
             self._settle()
             self._settling.wait()
             self._changed = False

@@ -38,7 +38,7 @@ def errors(spec: DeviceSpec) -> Iterable[Case]:
     """Return one error for each cause that tilting brings about."""
     for error in above(spec):
         label = f"{error.code:04X}h/{error.axis}"
-        yield Case(label, error, error.source, kept(spec), ("tilt",))
+        yield Case(label, error, error.source, kept(spec), ("sudden-tilt",))
 
 
 def any_errors(spec: DeviceSpec) -> Iterable[Case]:

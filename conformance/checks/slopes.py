@@ -358,6 +358,7 @@ def judge_angle(
     shown_deg: float,
     tilt_deg: float,
     step_deg: float,
+    doubt_deg: float,
 ) -> None:
     """Judge that a slope shows the angle of a tilt, or one a whole turn from it where it may."""
     verdict.within(
@@ -366,7 +367,18 @@ def judge_angle(
         tilt_deg,
         tilt_tolerance_deg(step_deg),
         unit="deg",
+        doubt=doubt_deg,
     )
+
+
+def told_apart(margins: Sequence[float], doubt: float) -> bool:
+    """Tell whether a bench that may be off by so much knows if a value is inside any of its limits.
+
+    Args:
+        margins: How far it is inside each, negative where it is not.
+        doubt: By how much the bench may have put it off.
+    """
+    return not doubt or abs(max(margins)) > doubt
 
 
 def turn_steps(slope: MeasuredSlope, step_deg: float) -> float:

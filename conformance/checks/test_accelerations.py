@@ -62,11 +62,13 @@ def test_accelerations_turn_with_the_device(
             2 * TILTED_DEG,
             TOLERANCE_DEG,
             unit="deg",
+            doubt=3 * stimulus.tolerance_deg,  # two tilts, of which both axes may be off
         )
         if len(triple.axes) > 1:  # the one axis of a sensor may be any of the three
             change = abs(after[other] - before[other])
             name = f"change along {'XY'[other]} {quantity}"
-            verdict.at_most(name, change, GRAVITY_G * size, unit="steps")
+            doubt = 2 * size * math.sin(math.radians(stimulus.tolerance_deg))
+            verdict.at_most(name, change, GRAVITY_G * size, unit="steps", doubt=doubt)
 
 
 def _angle_deg(one: list[float], other: list[float]) -> float:

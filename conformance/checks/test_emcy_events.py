@@ -39,7 +39,7 @@ STAYS_S = 1.0
     cases=("error", errors),
     source=USAGE,
     effects=("reads", "writes"),
-    needs=("tilt",),
+    needs=("sudden-tilt",),
 )
 def test_error_is_told_once(
     spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
@@ -61,7 +61,7 @@ def test_error_is_told_once(
     cases=("error", both_sides),
     source=USAGE,
     effects=("reads", "writes"),
-    needs=("tilt",),
+    needs=("sudden-tilt",),
 )
 def test_angle_within_its_limits_is_no_error(
     node: Node, spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
@@ -86,7 +86,7 @@ def test_angle_within_its_limits_is_no_error(
     cases=("error", errors),
     source=USAGE,
     effects=("reads", "writes"),
-    needs=("tilt",),
+    needs=("sudden-tilt",),
 )
 def test_end_of_an_error_is_told(
     node: Node, spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
@@ -154,7 +154,7 @@ def test_no_error_is_told_by_zeros(
     cases=("error", tilted_with_register),
     source=REGISTER,
     effects=("reads", "writes"),
-    needs=("tilt",),
+    needs=("sudden-tilt",),
 )
 def test_register_returns_to_zero(
     spec: DeviceSpec, emcy: EmcyPort, error: Provocation, verdict: Verdict
@@ -182,7 +182,7 @@ def test_register_returns_to_zero(
     cases=("both", pairs),
     source=USAGE,
     effects=("reads", "writes"),
-    needs=("tilt",),
+    needs=("sudden-tilt",),
 )
 def test_two_errors_are_told_as_documented(
     spec: DeviceSpec, emcy: EmcyPort, both: tuple[Provocation, Provocation], verdict: Verdict

@@ -89,7 +89,7 @@ def test_error_enters_the_history(
     cases=("both", _told_apart),
     source=HISTORY,
     effects=("reads", "writes"),
-    needs=("tilt",),
+    needs=("sudden-tilt",),
 )
 def test_history_is_in_order(
     spec: DeviceSpec, emcy: EmcyPort, both: tuple[Provocation, Provocation], verdict: Verdict

@@ -84,7 +84,7 @@ def _of_kind(
     level="manual",
     cases=_filtered("{address}/{selector}", _of_kind("critically-damped", "without-overshoot")),
     effects=EFFECTS,
-    needs=("tilt",),
+    needs=("sudden-tilt",),
 )
 def test_filter_does_not_overshoot(
     bench: Bench, node: Node, stimulus: Stimulus, filtered: Filtered, verdict: Verdict
@@ -102,7 +102,7 @@ def test_filter_does_not_overshoot(
     level="manual",
     cases=_filtered("{address}/{selector}", _of_kind("butterworth")),
     effects=EFFECTS,
-    needs=("tilt",),
+    needs=("sudden-tilt",),
 )
 def test_filter_overshoots(
     bench: Bench, node: Node, stimulus: Stimulus, filtered: Filtered, verdict: Verdict
@@ -126,7 +126,7 @@ def _responding(spec: DeviceSpec, rule: LowPassFilter) -> Iterable[tuple[Choice,
     level="manual",
     cases=_filtered("{address}/{selector}", _responding),
     effects=EFFECTS,
-    needs=("tilt",),
+    needs=("sudden-tilt",),
 )
 def test_response_time_goes_with_the_cut_off(
     bench: Bench, node: Node, stimulus: Stimulus, filtered: Filtered, verdict: Verdict
@@ -162,7 +162,7 @@ def _in_order(spec: DeviceSpec, rule: LowPassFilter) -> Iterable[tuple[Choice, .
     level="manual",
     cases=_filtered("{address}", _in_order),
     effects=EFFECTS,
-    needs=("tilt",),
+    needs=("sudden-tilt",),
 )
 def test_slower_filter_is_slower(
     bench: Bench, node: Node, stimulus: Stimulus, filtered: Filtered, verdict: Verdict
@@ -198,7 +198,7 @@ def _stored_only(spec: DeviceSpec, rule: LowPassFilter) -> Iterable[tuple[Choice
     level="manual",
     cases=_filtered("{address}", _stored_only),
     effects=EFFECTS,
-    needs=("tilt",),
+    needs=("sudden-tilt",),
 )
 def test_new_filter_waits_for_a_store(
     bench: Bench, node: Node, stimulus: Stimulus, filtered: Filtered, verdict: Verdict

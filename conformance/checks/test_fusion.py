@@ -46,7 +46,7 @@ def _fused(spec: DeviceSpec) -> Iterable[Case]:
     level="manual",
     cases=("rule", _fused),
     effects=("reads", "writes", "resets"),
-    needs=("tilt",),
+    needs=("sudden-tilt",),
 )
 def test_fusion_follows_at_once(
     bench: Bench, node: Node, stimulus: Stimulus, rule: LowPassFilter, verdict: Verdict

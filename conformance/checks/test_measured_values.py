@@ -29,6 +29,7 @@ from conformance.checks.slopes import (
     port_of,
     range_readings,
     slopes,
+    told_apart,
     turn_steps,
     upright_port_of,
 )
@@ -69,7 +70,8 @@ def test_slope_follows_the_tilt(
         port.tilt(stimulus, tilt_deg)
         change_deg = (port.seen().value - level.value) * step_deg
         what = f"change of {slope.entry.address} for {tilt_deg:g} deg"
-        judge_angle(verdict, what, slope, change_deg, tilt_deg, step_deg)
+        doubt_deg = 2 * stimulus.tolerance_deg
+        judge_angle(verdict, what, slope, change_deg, tilt_deg, step_deg, doubt_deg)
 
 
 def _that_fit(slope: MeasuredSlope, level: Seen, step_deg: float) -> list[float]:
@@ -114,6 +116,7 @@ def test_slope_keeps_to_its_axis(
             0.0,
             tilt_tolerance_deg(step_deg),
             unit="deg",
+            doubt=2 * stimulus.tolerance_deg,
         )
 
 
@@ -143,7 +146,7 @@ def test_slope_beyond_its_limit(
     every = list(error_limits(node.spec, slope.entry))
     for end in (0, 1):
         end_deg = every[0].ends_deg[end]
-        tilt_deg = end_deg + math.copysign(BEYOND_DEG, end_deg)
+        tilt_deg = end_deg + math.copysign(BEYOND_DEG + stimulus.tolerance_deg, end_deg)
         port.tilt(stimulus, tilt_deg)
         change_deg = (port.seen().value - level.value) * step_deg
         shown: list[tuple[float, Other | Alternative | None]] = [
@@ -155,13 +158,15 @@ def test_slope_beyond_its_limit(
             if abs(ends[end]) < abs(tilt_deg)
         ]
         tolerance_deg = tilt_tolerance_deg(step_deg)
-        fitting = [other for deg, other in shown if abs(change_deg - deg) <= tolerance_deg]
+        margins = [tolerance_deg - abs(change_deg - deg) for deg, _ in shown]
+        fitting = [other for margin, (_, other) in zip(margins, shown, strict=True) if margin >= 0]
         wanted = dict.fromkeys(f"{deg:g}" for deg, _ in shown)
         verdict.holds(
             f"change of {slope.entry.address} for {tilt_deg:g} deg",
             expected=f"{' or '.join(wanted)} deg ± {tolerance_deg:g} deg",
             actual=f"{change_deg:.4g} deg",
             ok=bool(fitting),
+            resolved=told_apart(margins, 2 * stimulus.tolerance_deg),
         )
         if fitting and fitting[0] is not None:
             verdict.follows(fitting[0].ambiguity, fitting[0].reading)

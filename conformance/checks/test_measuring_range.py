@@ -55,17 +55,18 @@ def _is_a_turn(slope: MeasuredSlope, spec: DeviceSpec) -> bool:
     return bool(ranges) and all(high - low >= TURN_DEG for low, high in ranges)
 
 
-def _angles(spec: DeviceSpec, slope: MeasuredSlope) -> list[float]:
-    """Return angles up to both ends that every reading has, in deg."""
+def _angles(spec: DeviceSpec, slope: MeasuredSlope, tolerance_deg: float) -> list[float]:
+    """Return angles up to both ends that every reading has, in deg, on a bench so exact."""
     limits = [it.ends_deg for it in error_limits(spec, slope.entry)]
     ranges = [*_ranges(spec, slope), *limits]
-    low = max(low for low, _ in ranges) + MARGIN_DEG
-    high = min(high for _, high in ranges) - MARGIN_DEG
+    margin_deg = MARGIN_DEG + tolerance_deg
+    low = max(low for low, _ in ranges) + margin_deg
+    high = min(high for _, high in ranges) - margin_deg
     if not _is_a_turn(slope, spec):
         return [low, low / 2, high / 2, high]
     first = ranges[0][0]
     between = [first + TURN_DEG * place / PLACES for place in range(1, PLACES)]
-    return [first + MARGIN_DEG, *between, first + TURN_DEG - MARGIN_DEG]
+    return [first + margin_deg, *between, first + TURN_DEG - margin_deg]
 
 
 @requirement(
@@ -84,11 +85,12 @@ def test_slope_covers_its_range(
     port.tilt(stimulus, 0.0)
     level = port.seen()
 
-    for tilt_deg in _angles(node.spec, slope):
+    for tilt_deg in _angles(node.spec, slope, stimulus.tolerance_deg):
         port.tilt(stimulus, tilt_deg)
         change_deg = (port.seen().value - level.value) * step_deg
         what = f"change of {slope.entry.address} for {tilt_deg:g} deg"
-        judge_angle(verdict, what, slope, change_deg, tilt_deg, step_deg)
+        doubt_deg = 2 * stimulus.tolerance_deg
+        judge_angle(verdict, what, slope, change_deg, tilt_deg, step_deg, doubt_deg)
 
 
 @requirement(
@@ -107,10 +109,12 @@ def test_slope_is_the_tilt_itself(
         raise SetupRefused("the node has an offset, so that the slope is not the tilt itself")
     step_deg = port.step_deg
 
-    for tilt_deg in (0.0, *_angles(node.spec, slope)):
+    for tilt_deg in (0.0, *_angles(node.spec, slope, stimulus.tolerance_deg)):
         port.tilt(stimulus, tilt_deg)
         what = f"{slope.entry.address} at {tilt_deg:g} deg"
-        judge_angle(verdict, what, slope, port.seen().value * step_deg, tilt_deg, step_deg)
+        shown_deg = port.seen().value * step_deg
+        doubt_deg = stimulus.tolerance_deg
+        judge_angle(verdict, what, slope, shown_deg, tilt_deg, step_deg, doubt_deg)
 
 
 @requirement(
@@ -131,7 +135,8 @@ def test_slope_stays_within_its_turn(
     first, last = _ranges(node.spec, slope)[0]
 
     shown = []
-    for tilt_deg in (first - 90.0, *_angles(node.spec, slope), last + 90.0):
+    angles = _angles(node.spec, slope, stimulus.tolerance_deg)
+    for tilt_deg in (first - 90.0, *angles, last + 90.0):
         port.tilt(stimulus, tilt_deg)
         shown.append(port.seen().value * step_deg)
 

@@ -38,7 +38,7 @@ def test_errors_above_the_limits_come_first() -> None:
 
     found = provocations(spec, spec.services.emcy_producer)
 
-    angles = [(error.axis, error.beyond_deg, error.within_deg) for error in found]
+    angles = [(error.axis, error.beyond_deg(0.0), error.within_deg) for error in found]
     assert angles == [
         ("tilt-x", 12.0, 10.0),
         ("tilt-y", 12.0, 10.0),
