@@ -51,6 +51,10 @@ class SetupRefused(ConformanceError):  # noqa: N818 - a state of the check, not 
     """The node refused a step that a check needs before it can judge: the check is inconclusive."""
 
 
+class BenchLacks(SetupRefused):
+    """The bench has not what a check turned out to need: it is skipped."""
+
+
 def first_line(error: Exception) -> str:
     """Return what an error of a library says, in a line; its kind where it says nothing."""
     return next(iter(str(error).strip().splitlines()), type(error).__name__)

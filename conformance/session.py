@@ -11,7 +11,7 @@ import pytest
 from conformance.bench.interrupts import interruptible
 from conformance.checks import BENCH, PASSED, VERDICT
 from conformance.effects import Effect
-from conformance.errors import BenchError, NodeTimeout, SetupRefused, SpecError
+from conformance.errors import BenchError, BenchLacks, NodeTimeout, SetupRefused, SpecError
 from conformance.options import RunOptions
 from conformance.report.results import Item
 from conformance.requirements import Case, Requirement
@@ -191,6 +191,8 @@ class ConformanceSession:
                 )
             case pytest.skip.Exception():
                 return self._run.item(requirement, case, "skipped", verdict, str(error.msg))
+            case BenchLacks():
+                return self._run.item(requirement, case, "skipped", verdict, str(error))
             case SetupRefused() | NodeTimeout() | BenchError() | Unresolved():
                 reason = str(error)
             case EmptyCheckError():

@@ -9,7 +9,7 @@ from conformance.bench.channel import SdoChannel
 from conformance.bench.interrupts import uninterrupted
 from conformance.bench.link import Link
 from conformance.bench.node import Node
-from conformance.errors import BenchError, NodeTimeout, SetupRefused
+from conformance.errors import BenchError, BenchLacks, NodeTimeout, SetupRefused
 from conformance.spec.bit_rates import documented_rates
 from conformance.spec.model import DeviceSpec, Key
 from conformance.wire import cob_id
@@ -113,13 +113,15 @@ class Reach:
         """Speak with the node at a place from now on; the node is not touched.
 
         Raises:
-            SetupRefused: The adapter does not take the bit rate; the bench stays where it is.
+            BenchLacks: The adapter does not take the bit rate; the bench stays where it is.
         """
         if place.bitrate != self.here.bitrate:
             try:
                 self._link.use_bitrate(place.bitrate)
             except BenchError as error:
-                raise SetupRefused(str(error)) from error
+                raise BenchLacks(
+                    f"the adapter does not take {place.bitrate / 1000:g} kbit/s: {error}"
+                ) from error
         if place != self.home:
             self._visited[place] = None
         self._channel.follow(place.node_id)
