@@ -13,10 +13,11 @@ from conformance.checks import BENCH, PASSED, VERDICT
 from conformance.effects import Effect
 from conformance.errors import BenchError, BenchLacks, NodeTimeout, SetupRefused, SpecError
 from conformance.options import RunOptions
+from conformance.report.plan import Planned
 from conformance.report.results import Item
 from conformance.requirements import Case, Requirement
 from conformance.run import Run
-from conformance.verdict import EmptyCheckError, Nonconformity, Unresolved, Verdict
+from conformance.verdict import EmptyCheckError, Nonconformity, Unresolved, Verdict, VerdictWord
 
 CHECK_TIMEOUT_S = 120
 PERSON_TIMEOUT_S = 3600
@@ -91,12 +92,16 @@ class ConformanceSession:
                 items.remove(item)
                 left.append(item)
                 continue
-            effects = (*requirement.effects, *case.effects)
+            effects = tuple(dict.fromkeys((*requirement.effects, *case.effects)))
             needs = tuple(dict.fromkeys((*requirement.needs, *case.needs)))
             if not case.label:
                 item.add_marker(pytest.mark.skip(reason="not applicable: nothing in the spec"))
-            elif reason := self._run.refuses(effects, needs):
+                continue
+            reason = self._run.refuses(effects, needs)
+            at_need = case.at_need if self._run.definition.allows(case.at_need) else ()
+            if reason:
                 item.add_marker(pytest.mark.skip(reason=reason))
+            self._run.plan.append(Planned(requirement.id, effects, needs, at_need, reason))
         if left:
             self._config.hook.pytest_deselected(items=left)
 
@@ -119,9 +124,14 @@ class ConformanceSession:
         return result
 
     @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_setup(self) -> None:
-        """Note where the item begins on the bus."""
+    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+        """Note where the item begins on the bus; skip it where it would wear the memory out too much."""
         self._run.begin_item()
+        requirement, case = _what(item)
+        if requirement is None or case is None or item.get_closest_marker("skip"):
+            return
+        if reason := self._run.wears_out((*requirement.effects, *case.effects)):
+            pytest.skip(reason)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> Generator[None, object, object]:
@@ -176,32 +186,36 @@ class ConformanceSession:
     def _judge(
         self, item: pytest.Item, requirement: Requirement, case: Case, error: BaseException | None
     ) -> Item:
+        word, reason = self._word(case, error)
         verdict = item.stash.get(VERDICT, Verdict())
+        return self._run.item(requirement, case, word, verdict, reason)
+
+    def _word(self, case: Case, error: BaseException | None) -> tuple[VerdictWord, str]:
+        """Return the verdict that follows from how a check ended, with the reason."""
+        word: VerdictWord = "inconclusive"
+        reason = ""
         match error:
             case None:
-                return self._run.item(requirement, case, "pass", verdict)
+                word = "pass"
             case Nonconformity() if self._run.trouble:
                 reason = f"the adapter tells of {self._run.trouble}: check cable and termination"
-                return self._run.item(requirement, case, "inconclusive", verdict, reason)
             case Nonconformity():
-                return self._run.item(requirement, case, "fail", verdict)
+                word = "fail"
             case pytest.skip.Exception() if not case.label:
-                return self._run.item(
-                    requirement, case, "not_applicable", verdict, "the manual documents none"
-                )
+                word, reason = "not_applicable", "the manual documents none"
             case pytest.skip.Exception():
-                return self._run.item(requirement, case, "skipped", verdict, str(error.msg))
+                word, reason = "skipped", str(error.msg)
             case BenchLacks():
-                return self._run.item(requirement, case, "skipped", verdict, str(error))
+                word, reason = "skipped", str(error)
             case SetupRefused() | NodeTimeout() | BenchError() | Unresolved():
                 reason = str(error)
             case EmptyCheckError():
                 reason = f"defect of the suite: {error}"
             case pytest.fail.Exception():
-                reason = f"the check did not end within {self._config.option.timeout:g} s"
+                reason = f"the check did not end within {CHECK_TIMEOUT_S} s"
             case _:
                 reason = f"defect of the suite: {type(error).__name__}: {error}"
-        return self._run.item(requirement, case, "inconclusive", verdict, reason)
+        return word, reason
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> Generator[None, object, object]:
