@@ -108,6 +108,9 @@ def run(
         bool, typer.Option("--strict", help="Deviations from a 'should' count as well.")
     ] = False,
     seed: Annotated[int, typer.Option(help="Seed of everything random.")] = 0,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="List what would be run; open and send nothing.")
+    ] = False,
     scan: Annotated[
         bool, typer.Option("--scan", help="Then look for objects that the manual does not name.")
     ] = False,
@@ -130,6 +133,7 @@ def run(
         strict=strict,
         select=select,
         scan=scan,
+        dry_run=dry_run,
         repro=repro,
     )
     raise _Judged(runner.run(Run(options)))

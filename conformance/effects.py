@@ -16,6 +16,9 @@ Effect: TypeAlias = Literal[
     "other-nodes",
 ]
 
+WEARING: frozenset[Effect] = frozenset({"non-volatile", "restores", "node-id", "bitrate"})
+"""Effects that come with writes of the non-volatile memory."""
+
 IN_FORCE: tuple[Effect, ...] = ("resets", "non-volatile")
 """What it takes to put values in force that act only after a store and a restart."""
 

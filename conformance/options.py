@@ -42,6 +42,7 @@ class RunOptions:
     strict: bool = False
     select: str = ""
     scan: bool = False
+    dry_run: bool = False
     repro: str = ""
 
     def arguments(self, variant: str) -> list[str]:

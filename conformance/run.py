@@ -19,13 +19,14 @@ from conformance.bench.journal import Found, Journal
 from conformance.bench.overriding import overridden
 from conformance.bench.session import Bench
 from conformance.checks import JUDGED_SERVICES
-from conformance.effects import Effect, Need
+from conformance.effects import WEARING, Effect, Need
 from conformance.errors import BenchError, ConformanceError, NodeTimeout
 from conformance.options import RunOptions, refusal, selection, simulation
 from conformance.report import repro
 from conformance.report.eds_word import EdsWord
 from conformance.report.folder import make_folder
 from conformance.report.junit import explain, write_junit
+from conformance.report.plan import Planned
 from conformance.report.results import Item, Results
 from conformance.report.scanned import Scanned
 from conformance.requirements import Case, Requirement
@@ -77,6 +78,7 @@ class Run:
         self._simulation = simulation(options, self.definition, self.spec)
         self.results = Results(self._provenance(), self._device(), strict=options.strict)
         self.directory: Path | None = None
+        self.plan: list[Planned] = []
         self.total = 0
         self._bench: Bench | None = None
         self._as_found: AsFound | None = None
@@ -96,6 +98,12 @@ class Run:
                 "restoring the factory settings would move the node to another node-ID or bit rate"
             )
         return refusal(self.definition, effects, needs)
+
+    def wears_out(self, effects: Collection[Effect]) -> str:
+        """Return why a check with these effects may not begin any more, empty if it may."""
+        if self._bench is None or WEARING.isdisjoint(effects):
+            return ""
+        return self._bench.worn
 
     @property
     def asks(self) -> bool:
@@ -327,6 +335,7 @@ class Run:
             self.results.run["timestamps"] = bench.link.stamps.summary()
             self.results.run["frames"] = bench.link.line
             self.results.run["non_volatile_writes"] = bench.non_volatile_writes
+            self.results.run["wear_cycles"] = self._wear_cycles()
             self.results.run["unsolicited_sdo_responses"] = bench.illegal.unsolicited
             self.results.run["improper_sdo_responses"] = bench.illegal.improper
             self.results.run["improper_heartbeats"] = bench.illegal.error_control
@@ -347,6 +356,12 @@ class Run:
                 write_junit(self.results, self.directory / "junit.xml")
         except BenchError as error:
             self.abort(str(error))
+
+    def _wear_cycles(self) -> int | None:
+        """Return how many writes the node's memory endures by its manual, None where that is not said."""
+        services = self.spec.services
+        said = [it.wear_cycles for it in (services.store, services.restore) if it is not None]
+        return next((it for it in said if it is not None), None)
 
     def _give_back(self) -> None:
         """Give the node back as it was found, and note what is not."""

@@ -14,6 +14,7 @@ import pytest
 from conformance.bench.interrupts import interruptible
 from conformance.errors import BenchError, SpecError
 from conformance.report.console import console
+from conformance.report.plan import print_plan
 from conformance.report.repro import script
 from conformance.report.summary import Progress, print_summary
 from conformance.run import Run
@@ -59,6 +60,8 @@ def run(run: Run) -> int:
     Raises:
         SpecError: No check matches the selection.
     """
+    if run.options.dry_run:
+        return _list(run)
     progress = Progress(run)
     run.progress, run.scan_progress = progress.item, progress.scan
     with progress:
@@ -79,6 +82,21 @@ def run(run: Run) -> int:
             console.say()
             console.say(script(run.directory, item.id))
     return run.results.exit_code
+
+
+def _list(run: Run) -> int:
+    """List what would be run; no bus is opened.
+
+    Raises:
+        SpecError: No check matches the selection.
+    """
+    errors = play(run)
+    if errors:
+        raise RuntimeError("\n".join(errors))
+    if not run.plan:
+        raise SpecError("expected a selection that some item matches, got none")
+    print_plan(run.plan, run.definition.most_writes, console)
+    return 0
 
 
 def play(run: Run, *plugins: object) -> list[str]:
@@ -103,6 +121,7 @@ def play(run: Run, *plugins: object) -> list[str]:
         "--assert=plain",
         "--device",
         run.options.device,
+        *(["--collect-only"] if run.options.dry_run else []),
         str(CHECKS),
     ]
     with _undisturbed():

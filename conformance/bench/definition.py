@@ -25,6 +25,12 @@ _WITHOUT_REMOTE_FRAMES = ("socketcand",)
 """Interfaces of python-can that cannot send remote frames, nor tell of any."""
 
 
+_SIMULATOR = "canopen_simulator"
+
+MOST_WRITES = 500
+"""More than a whole run of any device in this package takes, and little beside what its memory endures."""
+
+
 class BenchDefinition(BaseModel):
     """A bench file.
 
@@ -43,6 +49,8 @@ class BenchDefinition(BaseModel):
         second_node: Who adds another node of the same kind to the bus.
         bus_errors: Who destroys frames, so that the device counts errors.
         allow: Effects that checks may have on the device.
+        non_volatile_writes: No check that writes the non-volatile memory begins after so many writes of it;
+            500 where absent, any number on the simulator.
         sdo_timeout_s: Longest wait for an SDO response.
         timestamp_jitter_ms: By how much the adapter's timestamps may be off; the usual when absent.
         boot_up_timeout_s: Longest wait for a boot-up message after a reset.
@@ -65,6 +73,7 @@ class BenchDefinition(BaseModel):
     second_node: Literal["none", "simulator"] = "none"
     bus_errors: Literal["none", "simulator"] = "none"
     allow: list[Effect] = ["reads", "writes", "resets"]
+    non_volatile_writes: Annotated[int, Field(ge=0)] | None = None
     timestamp_jitter_ms: Annotated[float, Field(ge=0, le=1000)] | None = None
     sdo_timeout_s: Annotated[float, Field(gt=0, le=60)] = 1.0
     boot_up_timeout_s: Annotated[float, Field(gt=0, le=60)] = 5.0
@@ -101,6 +110,13 @@ class BenchDefinition(BaseModel):
     def allows(self, effects: Iterable[Effect]) -> bool:
         """Tell whether checks may have some effects on the device."""
         return set(effects) <= set(self.allow)
+
+    @property
+    def most_writes(self) -> int | None:
+        """After how many writes of the non-volatile memory no check begins that writes it."""
+        if self.non_volatile_writes is None and self.interface != _SIMULATOR:
+            return MOST_WRITES
+        return self.non_volatile_writes
 
     def stamps(self) -> Stamps:
         """Return what is known about the times of frames before any came."""

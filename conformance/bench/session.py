@@ -114,6 +114,17 @@ class Bench:
         )
         return self._node
 
+    @property
+    def worn(self) -> str:
+        """Why no check may begin that writes the non-volatile memory, empty if one may."""
+        most = self.definition.most_writes
+        if most is None or self.non_volatile_writes < most:
+            return ""
+        return (
+            f"{self.non_volatile_writes} writes of the non-volatile memory were made, and the bench "
+            f"allows {most} in a run"
+        )
+
     def look(self) -> None:
         """Look at what the node sent and did since the last time, whatever it was for."""
         if self._node is not None:

@@ -63,7 +63,7 @@ def in_force(bench: Bench, node: Node) -> Iterator[InForce]:
     """What puts values in force that wait for a store; what the node had stored is put back afterwards."""
     port = InForce(
         node,
-        allowed=bench.definition.allows(IN_FORCE),
+        allowed=bench.definition.allows(IN_FORCE) and not bench.worn,
         by_supply=bench.definition.switches_supply,
     )
     yield port

@@ -18,7 +18,7 @@ NO_FIGURES = frozenset(
     {
         *("source", "sources", "variants", "rule", "holds", "count"),
         *("codes", "register_bits", "examples", "communication", "mapping", "objects"),
-        *("response", "parameters", "otherwise"),
+        *("response", "parameters", "otherwise", "wear_cycles"),
     }
 )
 """Keys of a block that say where it is documented, what it is, or what a reader may see of it."""

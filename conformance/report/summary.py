@@ -152,6 +152,7 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     terminal.say(f"{word}: {_counts(results)}", style=style)
     terminal.say(_times(results))
     _response_times(results, terminal)
+    _wear(results, terminal)
     _timestamps(results, terminal)
     terminal.say(f"record: {directory} (results.json, junit.xml, trace.log)")
 
@@ -245,6 +246,13 @@ def _response_times(results: Results, terminal: Terminal) -> None:
             f"99 % within {times['p99_ms']} ms, at most {times['max_ms']} ms "
             f"({times['max_object']})"
         )
+
+
+def _wear(results: Results, terminal: Terminal) -> None:
+    writes, cycles = results.run.get("non_volatile_writes"), results.run.get("wear_cycles")
+    if isinstance(writes, int) and writes:
+        of = f" of the {cycles:,} that its manual gives it" if isinstance(cycles, int) else ""
+        terminal.say(f"non-volatile memory of the node: {_many(writes, 'write')}{of}")
 
 
 def _timestamps(results: Results, terminal: Terminal) -> None:

@@ -276,6 +276,7 @@ class Store(Service):
     """Store or restore parameters: signature and, per sub-index, the ranges of indices it covers.
 
     ``settle_ms``: how long the node must not be reset or switched off afterwards.
+    ``wear_cycles``: how often the memory may be written.
     ``lasting``: defaults restored outlast the next start without a save; missing: the manual does
     not say.
     """
@@ -286,6 +287,7 @@ class Store(Service):
     effective: Literal["at-once", "after-reset", "after-store-and-reset"] = "at-once"
     settle_ms: Annotated[int, Field(ge=0, le=60_000)] = 0
     lasting: bool | None = None
+    wear_cycles: Annotated[int, Field(ge=1)] | None = None
     source: Source
 
     @property
