@@ -64,9 +64,7 @@ def test_what_needs_power_tilt_and_a_person_is_judged_over_a_line(
     path = tmp_path / "bench.yaml"
     ports = {"port": process.port("socketcand"), "control": process.port("control")}
     path.write_text(BENCH.format(**ports), encoding="utf-8")
-    done = judge(
-        "--bench", path, "--select", "BOOT-02 or DEV-01 or LED-01 or SDO-25"
-    )
+    done = judge("--bench", path, "--select", "BOOT-02 or DEV-01 or LED-01 or SDO-25")
     assert done.code == 0, done.out
     assert done.requirements("pass") >= {"BOOT-02", "DEV-01", "LED-01", "SDO-25"}
     assert done.items("skipped") == ["SDO-25/remote"]
