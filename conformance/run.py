@@ -16,6 +16,8 @@ from conformance.bench.as_found import AsFound
 from conformance.bench.definition import load_bench
 from conformance.bench.journal import NAME as JOURNAL
 from conformance.bench.journal import Found, Journal
+from conformance.bench.keeping import wear_cycles
+from conformance.bench.markers import Markers, require_free, require_not_held
 from conformance.bench.overriding import overridden
 from conformance.bench.session import Bench
 from conformance.checks import JUDGED_SERVICES
@@ -76,12 +78,16 @@ class Run:
         self._selection = selection(options.select)
         self._eds = None if options.eds is None else EdsWord(read_eds(Path(options.eds)), self.spec)
         self._simulation = simulation(options, self.definition, self.spec)
+        if self.definition.markers is not None:
+            require_free(self.definition.markers, self.spec)
         self.results = Results(self._provenance(), self._device(), strict=options.strict)
         self.directory: Path | None = None
         self.plan: list[Planned] = []
         self.total = 0
         self._bench: Bench | None = None
         self._as_found: AsFound | None = None
+        self._markers: Markers | None = None
+        self._marker = 0
         self._started = 0.0
         self._started_s = 0.0
         self._saved = 0.0
@@ -145,6 +151,11 @@ class Run:
         except NodeTimeout:
             self._as_found = None  # a node that fails so early will fail its items
         self.results.device["identity"] = self._identity(self._bench)
+        if self.definition.markers is not None:
+            held = {} if self._as_found is None else self._as_found.found.held
+            require_not_held(self.definition.markers, self.spec, held)
+            self._markers = Markers(self._bench.link, self.definition.markers)
+            self.results.run["markers"] = self.definition.markers
         return self._bench
 
     def _keep_found(self, found: Found, *, given_back: bool = False) -> None:
@@ -203,8 +214,15 @@ class Run:
         parts = (self.spec.name, requirement.id, case.label)
         return "/".join(part for part in parts if part)
 
-    def begin_item(self) -> None:
-        """Note where an item begins on the bus."""
+    def begin_item(self, *, runs: bool) -> None:
+        """Note where an item begins on the bus, and mark it there if it runs.
+
+        Raises:
+            BenchError: The adapter refused the mark.
+        """
+        self._marker = len(self.results.items) + 1 if runs and self._markers is not None else 0
+        if self._markers is not None and self._marker:
+            self._markers.begin(self._marker)
         if self._bench is not None:
             self._line, self._item_started_s = self._bench.link.line, self._bench.link.now()
             self._begins = self._line + 1
@@ -228,6 +246,15 @@ class Run:
             items[-1] = replace(
                 items[-1], verdict="inconclusive", reason=reason, repro="", deviations=()
             )
+
+    def end_item(self) -> None:
+        """Mark where the item ends that was recorded last."""
+        number, self._marker = self._marker, 0
+        if self._markers is not None and number:
+            try:
+                self._markers.end(number, self.results.items[-1].verdict)
+            except BenchError as error:
+                self.abort(str(error))
 
     def begin_check(self) -> None:
         """Note where the check itself begins on the bus, its set-up done."""
@@ -268,6 +295,7 @@ class Run:
             duration_s=round(now - self._item_started_s, 6),
             trace=f"trace.log:{first}-{last}" if last >= first else "",
             begins=max(first, self._begins) if verdict.trace is None else first,
+            marker=self._marker,
             readings=dict(verdict.readings),
             deviations=tuple(
                 {"quantity": m.quantity, "expected": m.expected, "actual": m.actual} for m in failed
@@ -335,7 +363,7 @@ class Run:
             self.results.run["timestamps"] = bench.link.stamps.summary()
             self.results.run["frames"] = bench.link.line
             self.results.run["non_volatile_writes"] = bench.non_volatile_writes
-            self.results.run["wear_cycles"] = self._wear_cycles()
+            self.results.run["wear_cycles"] = wear_cycles(self.spec)
             self.results.run["unsolicited_sdo_responses"] = bench.illegal.unsolicited
             self.results.run["improper_sdo_responses"] = bench.illegal.improper
             self.results.run["improper_heartbeats"] = bench.illegal.error_control
@@ -356,12 +384,6 @@ class Run:
                 write_junit(self.results, self.directory / "junit.xml")
         except BenchError as error:
             self.abort(str(error))
-
-    def _wear_cycles(self) -> int | None:
-        """Return how many writes the node's memory endures by its manual, None where that is not said."""
-        services = self.spec.services
-        said = [it.wear_cycles for it in (services.store, services.restore) if it is not None]
-        return next((it for it in said if it is not None), None)
 
     def _give_back(self) -> None:
         """Give the node back as it was found, and note what is not."""

@@ -126,11 +126,13 @@ class ConformanceSession:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
         """Note where the item begins on the bus; skip it where it would wear the memory out too much."""
-        self._run.begin_item()
         requirement, case = _what(item)
         if requirement is None or case is None or item.get_closest_marker("skip"):
+            self._run.begin_item(runs=False)
             return
-        if reason := self._run.wears_out((*requirement.effects, *case.effects)):
+        reason = self._run.wears_out((*requirement.effects, *case.effects))
+        self._run.begin_item(runs=not reason)
+        if reason:
             pytest.skip(reason)
 
     @pytest.hookimpl(wrapper=True)
@@ -164,6 +166,7 @@ class ConformanceSession:
                 report.longrepr = self._run.explain(made)
         if call.when == "teardown":
             self._run.reconsider()
+            self._run.end_item()
         if isinstance(error, BenchError) or (
             call.when == "teardown" and isinstance(error, NodeTimeout)
         ):

@@ -51,6 +51,7 @@ class BenchDefinition(BaseModel):
         allow: Effects that checks may have on the device.
         non_volatile_writes: No check that writes the non-volatile memory begins after so many writes of it;
             500 where absent, any number on the simulator.
+        markers: CAN-ID of frames that mark where each item begins and ends; none when absent.
         sdo_timeout_s: Longest wait for an SDO response.
         timestamp_jitter_ms: By how much the adapter's timestamps may be off; the usual when absent.
         boot_up_timeout_s: Longest wait for a boot-up message after a reset.
@@ -74,6 +75,7 @@ class BenchDefinition(BaseModel):
     bus_errors: Literal["none", "simulator"] = "none"
     allow: list[Effect] = ["reads", "writes", "resets"]
     non_volatile_writes: Annotated[int, Field(ge=0)] | None = None
+    markers: Annotated[int, Field(ge=1, le=0x7FF)] | None = None
     timestamp_jitter_ms: Annotated[float, Field(ge=0, le=1000)] | None = None
     sdo_timeout_s: Annotated[float, Field(gt=0, le=60)] = 1.0
     boot_up_timeout_s: Annotated[float, Field(gt=0, le=60)] = 5.0

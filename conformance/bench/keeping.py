@@ -42,6 +42,12 @@ def memory_keys(spec: DeviceSpec) -> frozenset[Key]:
     return frozenset(keys)
 
 
+def wear_cycles(spec: DeviceSpec) -> int | None:
+    """Return how many writes the memory endures by the manual, None where that is not said."""
+    services = [it for it in (spec.services.store, spec.services.restore) if it is not None]
+    return next((it.wear_cycles for it in services if it.wear_cycles is not None), None)
+
+
 def _kept_by_themselves(spec: DeviceSpec, services: Services) -> Iterator[Key]:
     for service in (services.node_id, services.bitrate):
         if service is not None and not service.effective.startswith("after-store"):

@@ -49,6 +49,7 @@ class Item:
         eds: What the EDS says of a deviation's object, and who stands alone; empty without an EDS.
         begins: Line of the trace at which the check itself begins, its set-up done.
         repro: The command that runs a failed item again.
+        marker: Its number in the marker frames; 0 without them.
     """
 
     id: str
@@ -71,6 +72,7 @@ class Item:
     eds: Mapping[str, str] = field(default_factory=dict)
     begins: int = 0
     repro: str = ""
+    marker: int = 0
 
 
 @dataclass(slots=True)
