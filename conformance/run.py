@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import platform
 import time
 from collections.abc import Callable, Collection
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, get_args
 
@@ -20,10 +18,10 @@ from conformance.bench.keeping import wear_cycles
 from conformance.bench.markers import Markers, require_free, require_not_held
 from conformance.bench.overriding import overridden
 from conformance.bench.session import Bench
-from conformance.checks import JUDGED_SERVICES
 from conformance.effects import WEARING, Effect, Need
 from conformance.errors import BenchError, ConformanceError, NodeTimeout
 from conformance.options import RunOptions, refusal, selection, simulation
+from conformance.provenance import device, provenance
 from conformance.report import repro
 from conformance.report.eds_word import EdsWord
 from conformance.report.folder import make_folder
@@ -80,7 +78,11 @@ class Run:
         self._simulation = simulation(options, self.definition, self.spec)
         if self.definition.markers is not None:
             require_free(self.definition.markers, self.spec)
-        self.results = Results(self._provenance(), self._device(), strict=options.strict)
+        self.results = Results(
+            provenance(options, self.definition, self.spec, self._eds),
+            device(options, self.spec),
+            strict=options.strict,
+        )
         self.directory: Path | None = None
         self.plan: list[Planned] = []
         self.total = 0
@@ -417,48 +419,6 @@ class Run:
             self._bench.link.flush()
         if self.directory is not None:
             self.results.write(self.directory / "results.json")
-
-    # Provenance
-
-    def _provenance(self) -> dict[str, Any]:
-        options = self.options
-        return {
-            "suite": version("canopen-conformance"),
-            "spec": self.spec.name,
-            "spec_sha256": self.spec.sha256,
-            "eds": self._eds.name if self._eds else "",
-            "eds_sha256": self._eds.sha256 if self._eds else "",
-            "bench": options.bench,
-            "interface": self.definition.interface,
-            "bitrate": self.definition.bitrate or self.spec.bitrate,
-            "seed": options.seed,
-            "arguments": options.arguments(self.spec.variant),
-            "simulate_spec": options.simulate_spec or "",
-            "faults": list(options.faults),
-            "simulated_readings": list(options.readings),
-            "strict": options.strict,
-            "not_judged": sorted(set(self._documented_services()) - JUDGED_SERVICES),
-            "python": platform.python_version(),
-            "python_can": version("python-can"),
-            "canopen": version("canopen"),
-            "system": platform.system(),
-        }
-
-    def _documented_services(self) -> list[str]:
-        services = self.spec.services
-        return [name for name in type(services).model_fields if getattr(services, name) is not None]
-
-    def _device(self) -> dict[str, Any]:
-        spec = self.spec
-        return {
-            "spec": spec.name,
-            "vendor": spec.device.vendor,
-            "name": spec.device.name,
-            "variant": spec.variant,
-            "node_id": spec.node_id,
-            "serial": self.options.serial,
-            "manual": spec.manual.name,
-        }
 
 
 def _file_name(text: str) -> str:
