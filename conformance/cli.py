@@ -12,6 +12,7 @@ import typer
 
 from conformance import catalogue as catalogue_of
 from conformance import resources, runner
+from conformance.doctor_command import benches, doctor
 from conformance.errors import ConformanceError, SpecError
 from conformance.explore.command import explore
 from conformance.mutants.command import mutants
@@ -62,6 +63,8 @@ app.command()(mutants)
 app.command()(explore)
 app.command()(simulate)
 app.command()(recover)
+app.command()(benches)
+app.command()(doctor)
 
 
 @app.command()

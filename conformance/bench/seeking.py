@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from conformance.bench.link import Link
 from conformance.bench.lss import LssPort
 from conformance.bench.node import PROBE, Node
 from conformance.bench.reach import Place, is_any_boot_up, node_id_of
@@ -83,19 +84,24 @@ def _places(bench: Bench, node: Node, bitrate: int) -> Iterator[Place]:
         node.link.wait(is_any_boot_up, bench.definition.boot_up_timeout_s, mark)
         for seen in node.link.since(mark, is_any_boot_up):
             yield Place(node_id_of(seen.frame), bitrate)
-    for node_id in _answering(node):
+    for node_id in answering(node.link, node.channel.timeout_s):
         yield Place(node_id, bitrate)
 
 
-def _answering(node: Node) -> list[int]:
-    """Return at which node-IDs anybody answers an SDO request."""
-    link, mark = node.link, node.link.mark()
+def answering(link: Link, timeout_s: float) -> list[int]:
+    """Return at which node-IDs anybody answers an SDO request.
+
+    Args:
+        link: The link to the bus.
+        timeout_s: How long to wait for the last answer.
+    """
+    mark = link.mark()
     request = encode(InitiateUpload(*PROBE))
     for node_id in range(1, LAST_NODE_ID + 1):
         link.send(Frame(cob_id.sdo_request(node_id), request))
         if node_id % AT_ONCE == 0:
             link.listen(PAUSE_S, lambda _: False)
-    link.listen(node.channel.timeout_s, lambda _: False)
+    link.listen(timeout_s, lambda _: False)
     ids = {cob_id.sdo_response(node_id): node_id for node_id in range(1, LAST_NODE_ID + 1)}
     seen = link.since(mark, lambda frame: frame.can_id in ids and not frame.extended)
     return sorted({ids[it.frame.can_id] for it in seen})

@@ -15,6 +15,7 @@ from conformance.bench.illegal import Illegal
 from conformance.bench.link import Link
 from conformance.bench.node import Node
 from conformance.bench.observations import Observations
+from conformance.bench.opening import open_bus
 from conformance.bench.operator import Operator, operator_of
 from conformance.bench.power import supply_of
 from conformance.bench.reach import Place, Reach
@@ -22,8 +23,8 @@ from conformance.bench.remote_rig import RemoteRig
 from conformance.bench.sdo import MOST_IN_VAIN
 from conformance.bench.tilting import tilting_of
 from conformance.bench.trace import Trace
-from conformance.bench.trouble import TELLING, enlarge_queue
-from conformance.errors import BenchError, ConformanceError, NodeTimeout, SpecError, first_line
+from conformance.bench.trouble import TELLING
+from conformance.errors import BenchError, ConformanceError, NodeTimeout
 from conformance.spec.model import DeviceSpec
 from conformance.wire.errors import WireError
 from conformance.wire.nmt import NmtCommand
@@ -78,7 +79,7 @@ class Bench:
         Raises:
             BenchError: The interface cannot be opened.
         """
-        open_at = partial(_open, definition, options)
+        open_at = partial(open_bus, definition, options=options)
         bitrate = definition.bitrate or spec.bitrate
         link = Link(
             open_at(bitrate),
@@ -210,27 +211,6 @@ class Bench:
             self.link.close()
         except (can.CanError, OSError, ConformanceError) as error:
             raise BenchError(f"cannot close the bus: {error}") from error
-
-
-def _open(definition: BenchDefinition, options: Mapping[str, Any], bitrate: int) -> can.BusABC:
-    arguments = {
-        "interface": definition.interface,
-        "channel": definition.channel,
-        "bitrate": bitrate,
-        **definition.options,
-        **options,
-    }
-    try:
-        bus = can.Bus(ignore_config=True, **arguments)
-    except SpecError:
-        raise
-    except Exception as error:
-        raise BenchError(
-            f"cannot open the bus (interface {definition.interface}, channel "
-            f"{arguments['channel']}): {first_line(error)}"
-        ) from error
-    enlarge_queue(bus)
-    return bus
 
 
 def _tells_serial_number(data: bytes) -> bool:
