@@ -72,8 +72,9 @@ def _require_known(spec: DeviceSpec, kept: Journal) -> None:
 
 def _give_back(bench: Bench, kept: Journal) -> list[tuple[str, str, str]]:
     """Bring the node home and give back what it held; return what it does not take."""
-    bring_home(bench, kept.found.held)
-    found = AsFound(bench, kept.found, restarts=kept.found.stored is not None)
+    restarts = kept.found.stored is not None
+    bring_home(bench, kept.found.held, restarts=restarts)
+    found = AsFound(bench, kept.found, restarts=restarts)
     refused = ""
     try:
         found.put_back()

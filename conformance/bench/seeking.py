@@ -27,12 +27,13 @@ AT_ONCE = 8
 PAUSE_S = 0.02
 
 
-def bring_home(bench: Bench, held: Mapping[Key, bytes | str]) -> None:
-    """Find the node wherever it is, and bring it to where it was.
+def bring_home(bench: Bench, held: Mapping[Key, bytes | str], *, restarts: bool) -> None:
+    """Find the node wherever it is, or goes when it restarts, and bring it to where it was.
 
     Args:
         bench: The open bench; its home is where the node was.
         held: What the node's settings held there.
+        restarts: The node may be restarted.
 
     Raises:
         NodeTimeout: It is found nowhere, or does not come home.
@@ -40,8 +41,10 @@ def bring_home(bench: Bench, held: Mapping[Key, bytes | str]) -> None:
     node, reach = bench.node(), bench.reach
     if not seek(bench, node):
         raise NodeTimeout("the node is found nowhere")
-    away = reach.here
-    if away == reach.home:
+    moves = restarts and reach.here == reach.home and reach.reset(node, reach.home) is None
+    if moves and not seek(bench, node):
+        raise NodeTimeout("the node is found nowhere after a reset")
+    if reach.here == reach.home:
         return
     reach.expect({key: data for key, data in held.items() if isinstance(data, bytes)})
     try:

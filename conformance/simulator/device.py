@@ -132,6 +132,8 @@ class SimulatedDevice:
         stored = asdict(self.memory)
         for name in ("values", "agreed"):
             stored[name] = self._unlike_default(stored[name])
+        stored["node_id"] = identity.configured_node_id(self.spec, self.memory)
+        stored["bitrate"] = identity.configured_bitrate(self.spec, self.memory)
         stored["defaults_once"] = sorted(address(*key) for key in stored["defaults_once"])
         return {
             "node_id": self.node_id,

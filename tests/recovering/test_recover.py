@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import can
 import pytest
 from killed_runs import BENCH, Killed, kill_one
 from simulated_process import COMMAND, Process, simulating
@@ -93,6 +94,25 @@ def test_a_node_that_was_moved_is_found_and_brought_home(folder: Path) -> None:
         (held,) = process.call("held")
         assert done.returncode == 0, done.stdout + done.stderr
         assert (held["node_id"], held["bitrate"]) == (NODE_ID, 125_000)
+
+
+def test_a_node_that_would_move_when_it_restarts_is_kept_home(folder: Path) -> None:
+    """By LSS it was given a node-ID that is to be in force after the next reset."""
+    journal(folder, {(0x2002, 0): b"\x32"})
+    link = str(folder / "tty")
+    with simulated(folder) as process:
+        with can.Bus(link, "slcan", bitrate=125_000, sleep_after_open=0.5) as bus:
+            for data in (b"\x04\x01", b"\x11\x33", b"\x04\x00"):
+                message = can.Message(0, 0x7E5, is_extended_id=False, data=data.ljust(8, b"\0"))
+                bus.send(message)
+                bus.recv(0.2)
+        done = recover(folder)
+        assert done.returncode == 0, done.stdout + done.stderr
+        with can.Bus(link, "slcan", bitrate=125_000, sleep_after_open=0.1) as bus:
+            bus.send(can.Message(0, 0, is_extended_id=False, data=[129, 0]))
+            heard = {message.arbitration_id for message in iter(lambda: bus.recv(1), None)}
+        assert heard == {0x700 + NODE_ID}
+        assert process.call("held")[0]["node_id"] == NODE_ID
 
 
 def test_what_the_node_does_not_take_is_told(folder: Path) -> None:
