@@ -240,13 +240,12 @@ class Run:
         items = self.results.items
         if self._bench is None or not self._bench.lost_node or not items:
             return
-        if items[-1].verdict == "fail":
-            reason = (
-                f"{LOST}; what came instead: {items[-1].quantity}: {items[-1].actual} "
-                f"against {items[-1].expected}"
-            )
-            items[-1] = replace(
-                items[-1], verdict="inconclusive", reason=reason, repro="", deviations=()
+        last = items[-1]
+        if last.verdict == "fail":
+            seen = f"{last.quantity}: {last.actual} against {last.expected}"
+            reason = f"{LOST}; what came instead: {seen}"
+            self.results.replace_last(
+                replace(last, verdict="inconclusive", reason=reason, repro="", deviations=())
             )
 
     def end_item(self) -> None:

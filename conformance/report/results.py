@@ -101,6 +101,11 @@ class Results:
     scanned: Scanned | None = None
     _texts: list[str] = field(default_factory=list, repr=False)
 
+    def replace_last(self, item: Item) -> None:
+        """Take back what was said of the last item, written or not."""
+        self.items[-1] = item
+        del self._texts[len(self.items) - 1 :]
+
     def counts(self) -> dict[str, int]:
         """Return how many items have each verdict."""
         counted = Counter(item.verdict for item in self.items)

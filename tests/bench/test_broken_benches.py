@@ -161,6 +161,8 @@ def play(
         )
         code = run(Run(options))
         record = json.loads((tmp_path / "record" / "results.json").read_text("utf-8"))
+        failed = sum(it["verdict"] == "fail" for it in record["items"])
+        assert failed == record["summary"]["fail"]
         return Ended(code, record, " ".join(capsys.readouterr().out.split()))
 
     return do
