@@ -9,7 +9,7 @@ demo: .venv/installed
 
 test: check
 	$(BIN)/python -m pytest tests/wire --quiet --cov=conformance.wire --cov-branch --cov-fail-under=100
-	$(BIN)/python -m pytest --numprocesses=auto
+	$(BIN)/python -m pytest --numprocesses=auto --dist=worksteal
 
 check: .venv/installed-dev
 	$(BIN)/ruff check

@@ -94,3 +94,8 @@ def judge(command: Command, tmp_path: Path) -> Command:
         return command("run", device, "--report-dir", tmp_path / "record", *arguments)
 
     return run
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with what waits most of its time, so that the rest is done meanwhile."""
+    items.sort(key=lambda item: "tests/socketcan/" not in item.nodeid)
