@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import NamedTuple
 
 from conformance.bench.emcy import EmcyPort
@@ -37,7 +38,7 @@ class Visit(NamedTuple):
 def _in_states(spec: DeviceSpec) -> Iterable[Case]:
     for case in provoked(spec):
         for state in ENTER:
-            yield Case(state_word(state), Visit(state, case.subject), case.section, case.effects)
+            yield replace(case, label=state_word(state), subject=Visit(state, case.subject))
 
 
 @requirement(
@@ -93,7 +94,7 @@ def _reactions(spec: DeviceSpec) -> Iterable[Case]:
                 at = "" if entry is None else f"{entry.address}={value}/"
                 label = f"{case.label}/{at}{state_word(state)}"
                 reaction = Reaction(state, value, case.subject)
-                yield Case(label, reaction, rule.source, case.effects)
+                yield replace(case, label=label, subject=reaction, section=rule.source)
 
 
 @requirement(
@@ -144,7 +145,7 @@ def _inhibited(spec: DeviceSpec) -> Iterable[Case]:
     entry = spec.entry(producer.inhibit) if producer is not None and producer.inhibit else None
     for case in provoked(spec) if entry is not None and entry.writable else ():
         if entry is not None:
-            yield Case(entry.address, case.subject, entry.source, case.effects)
+            yield replace(case, label=entry.address, section=entry.source)
 
 
 @requirement(

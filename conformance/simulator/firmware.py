@@ -82,7 +82,7 @@ class Firmware:
         self._tpdos = TpdoProducer(node, services.tpdo)
         self.emcy = EmcyProducer(node, spec, live, hardware.memory, self._enter)
         self.bus_errors = BusErrors(node, services.bus_errors, self.emcy)
-        self._buffer = ReceiveBuffer(node, services, self.emcy, reset)
+        self._buffer = ReceiveBuffer(node, services, spec.bitrate, self.emcy, reset)
         self._supply = SupplyMonitor(node, services, hardware.world, self.emcy, reset)
         follow_rules(node, spec, partial(reset, NmtCommand.RESET_NODE), self.emcy.has_error)
         self._lss = None if services.lss is None else LssSlave(node, spec, services.lss, hardware)

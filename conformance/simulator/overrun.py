@@ -13,11 +13,13 @@ from conformance.wire.nmt import NmtCommand
 OVERRUN: Final = 0x8110
 GENERIC: Final = 0x1000
 
-HANDLING_NS: Final = 2_000_000
-"""How long a frame keeps the device busy."""
+HANDLING_BITS: Final = 250
+"""How long a frame keeps the device busy: longer than one takes on a full bus, less than an SDO transfer."""
 
 PLACES: Final = 16
 """Frames that may wait for being handled; what comes on top of them is lost."""
+
+_SECOND: Final = 1_000_000_000
 
 
 class ReceiveBuffer:
@@ -26,6 +28,7 @@ class ReceiveBuffer:
     Args:
         node: The node.
         services: What the manual says.
+        bitrate: Of the device from the factory, in bit/s.
         emcy: Tells the overrun.
         reset: Resets the node.
     """
@@ -34,12 +37,14 @@ class ReceiveBuffer:
         self,
         node: Node,
         services: Services,
+        bitrate: int,
         emcy: EmcyProducer,
         reset: Callable[[NmtCommand], None],
     ) -> None:
         self._node = node
         self._emcy = emcy
         self._reset = reset
+        self._handling_ns = HANDLING_BITS * _SECOND // bitrate
         self._busy_until_ns = 0
         self._deaf = False
         producer, bus_errors = services.emcy_producer, services.bus_errors
@@ -53,10 +58,10 @@ class ReceiveBuffer:
             return True
         now_ns = self._node.agenda.now_ns
         self._busy_until_ns = max(self._busy_until_ns, now_ns)
-        if self._busy_until_ns - now_ns >= PLACES * HANDLING_NS:
+        if self._busy_until_ns - now_ns >= PLACES * self._handling_ns:
             self._overrun()
             return False
-        self._busy_until_ns += HANDLING_NS
+        self._busy_until_ns += self._handling_ns
         return not self._deaf
 
     def _overrun(self) -> None:
