@@ -16,6 +16,7 @@ from conformance.bench.stamps import SLICE_S, Stamps, WallClock
 from conformance.bench.trace import Trace
 from conformance.bench.trouble import Trouble
 from conformance.errors import BenchError, first_line
+from conformance.messages import to_frame, to_message
 from conformance.wire.errors import WireError
 from conformance.wire.frame import Frame, bit_length, priority
 
@@ -138,15 +139,8 @@ class Link:
         Raises:
             BenchError: The adapter refused it.
         """
-        message = can.Message(
-            arbitration_id=frame.can_id,
-            data=frame.data if not frame.remote else None,
-            dlc=frame.dlc,
-            is_extended_id=frame.extended,
-            is_remote_frame=frame.remote,
-        )
         try:
-            self._bus.send(message)
+            self._bus.send(to_message(frame))
         except (can.CanError, OSError) as error:
             raise BenchError(f"the adapter did not send {frame}: {first_line(error)}") from error
         now = self.now()
@@ -212,13 +206,7 @@ class Link:
             self._offset_s = message.timestamp - now_s
             self._least_late_s = max(self._least_late_s, self._offset_s)
         try:
-            frame = Frame(
-                message.arbitration_id,
-                b"" if message.is_remote_frame else bytes(message.data),
-                remote=message.is_remote_frame,
-                extended=message.is_extended_id,
-                dlc=message.dlc,
-            )
+            frame = to_frame(message)
         except WireError as error:
             raise BenchError(f"the adapter handed over what is no CAN frame: {error}") from error
         late_ms = self.stamps.late_ms(now_s, self._duration_s(frame))

@@ -11,6 +11,7 @@ from typing import Any, Final
 import can
 
 from conformance.errors import SpecError
+from conformance.messages import to_frame
 from conformance.simulator.bus import SimulatedBus
 from conformance.simulator.channel import build_bus, integer, parse_faults, parse_readings, share
 from conformance.simulator.rig import SimulatorRig
@@ -115,10 +116,8 @@ class SimulatorBus(SimulatorRig, can.BusABC):
             raise can.CanOperationError(
                 "the simulated bus carries classical data and remote frames"
             )
-        remote = msg.is_remote_frame
-        data = b"" if remote else bytes(msg.data)
         try:
-            frame = Frame(msg.arbitration_id, data, remote, msg.is_extended_id, msg.dlc)
+            frame = to_frame(msg)
         except WireError as error:
             raise can.CanOperationError(str(error)) from error
         shared = self._shared

@@ -14,6 +14,7 @@ from typing import Final, Protocol, TypeAlias
 import can
 
 from conformance.errors import BenchError
+from conformance.messages import to_frame, to_message
 from conformance.simulator.bus import Client, SimulatedBus
 from conformance.simulator.serving.loop import Loop
 from conformance.wire.errors import WireError
@@ -270,15 +271,8 @@ class LibraryLine:
 
     def send(self, frame: Frame) -> None:
         """Send a frame; an adapter that cannot loses it."""
-        message = can.Message(
-            arbitration_id=frame.can_id,
-            data=frame.data if not frame.remote else None,
-            dlc=frame.dlc,
-            is_extended_id=frame.extended,
-            is_remote_frame=frame.remote,
-        )
         with suppress(can.CanError):
-            self._bus.send(message)
+            self._bus.send(to_message(frame))
 
     def close(self) -> None:
         """Close the bus."""
@@ -316,17 +310,8 @@ class LibraryLine:
                 raise BenchError("the adapter stopped receiving")
         if message is None or message.is_error_frame or message.is_fd:
             return
-        data = b"" if message.is_remote_frame else bytes(message.data)
         with suppress(WireError):
-            self._hear(
-                Frame(
-                    message.arbitration_id,
-                    data,
-                    message.is_remote_frame,
-                    message.is_extended_id,
-                    message.dlc,
-                )
-            )
+            self._hear(to_frame(message))
 
 
 def _fileno(bus: can.BusABC) -> int | None:
