@@ -16,7 +16,7 @@ from conformance.bench.link import Link
 from conformance.bench.listening import Heard, Spread, hear, overshoot, spread
 from conformance.bench.opening import SILENT, channels, open_bus, why_closed
 from conformance.bench.sdo import SdoPort
-from conformance.bench.seeking import answering
+from conformance.bench.seeking import answering, said_identity
 from conformance.bench.trace import Trace
 from conformance.errors import BenchError, NodeTimeout
 from conformance.spec.bit_rates import documented_rates
@@ -24,8 +24,6 @@ from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec, Key, address
 
 ASKED: Final[tuple[Key, ...]] = ((0x1000, 0), (0x1018, 1), (0x1018, 2), (0x1018, 3), (0x1018, 4))
-_OF_A_KIND: Final = ASKED[:3]
-"""What tells devices of one kind from others."""
 
 _LISTEN_ELSEWHERE_S: Final = 1.0
 
@@ -200,12 +198,7 @@ def _shown(held: bytes | str) -> str:
 
 def _is_one(spec: DeviceSpec, held: Mapping[Key, bytes | str]) -> bool:
     """Tell whether a node is what a spec describes, by all that the spec says of its identity."""
-    entries = {key: spec.entries.get(key) for key in _OF_A_KIND}
-    said = {
-        key: entry.default
-        for key, entry in entries.items()
-        if entry is not None and isinstance(entry.default, int)
-    }
+    said = said_identity(spec)
     return bool(said) and all(_number(held[key]) == number for key, number in said.items())
 
 

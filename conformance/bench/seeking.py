@@ -11,7 +11,7 @@ from conformance.bench.reach import Place, is_any_boot_up, node_id_of
 from conformance.bench.session import Bench
 from conformance.errors import BenchError, ConformanceError, NodeTimeout, SetupRefused
 from conformance.spec.bit_rates import documented_rates
-from conformance.spec.model import Key
+from conformance.spec.model import DeviceSpec, Key
 from conformance.wire import cob_id
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtCommand
@@ -112,13 +112,17 @@ def answering(link: Link, timeout_s: float) -> list[int]:
 
 def _is_one(bench: Bench, node: Node) -> bool:
     """Tell whether a node is of the kind that the spec describes, as far as its identity says."""
-    for key in IDENTITY:
-        entry = bench.spec.entries.get(key)
-        if entry is None or not isinstance(entry.default, int):
-            continue
-        try:
-            if node.number(*key) != entry.default:
-                return False
-        except ConformanceError:
-            return False
-    return True
+    try:
+        return all(node.number(*key) == value for key, value in said_identity(bench.spec).items())
+    except ConformanceError:
+        return False
+
+
+def said_identity(spec: DeviceSpec) -> dict[Key, int]:
+    """Return what a spec says of the objects that tell devices of its kind from others."""
+    entries = (spec.entries.get(key) for key in IDENTITY)
+    return {
+        entry.key: entry.default
+        for entry in entries
+        if entry is not None and isinstance(entry.default, int)
+    }

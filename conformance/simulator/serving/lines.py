@@ -32,6 +32,11 @@ Address: TypeAlias = tuple[str, int]
 """Host and port; port 0 for any that is free."""
 
 
+Write: TypeAlias = Callable[[bytes], None]
+Speak: TypeAlias = Callable[[Write], tuple[Callable[[bytes], bytes], bytes, Callable[[], None]]]
+"""Given what puts octets on a connection: what takes octets, what is said first, and what ends it."""
+
+
 class Speaker(Protocol):
     """The sans-IO side of a line: octets in, octets out."""
 
@@ -52,9 +57,7 @@ class BusWire:
         since_s: Time of the bus' beginning that the line's timestamps count from, in seconds.
     """
 
-    def __init__(
-        self, loop: Loop, bus: SimulatedBus, write: Callable[[bytes], None], since_s: float = 0.0
-    ) -> None:
+    def __init__(self, loop: Loop, bus: SimulatedBus, write: Write, since_s: float = 0.0) -> None:
         self._loop = loop
         self._bus = bus
         self._write = write
@@ -144,8 +147,7 @@ class TcpServer:
         loop: It tells when there is something to read.
         address: Where it listens.
         option: The option that named the address.
-        speak: Makes the speaker of a connection, given what puts octets on it, and returns it
-            with what the server says first, and what ends it.
+        speak: Makes the speaker of a connection.
 
     Raises:
         BenchError: The address cannot be listened on.
@@ -156,9 +158,7 @@ class TcpServer:
         loop: Loop,
         address: Address,
         option: str,
-        speak: Callable[
-            [Callable[[bytes], None]], tuple[Callable[[bytes], bytes], bytes, Callable[[], None]]
-        ],
+        speak: Speak,
     ) -> None:
         self._loop = loop
         self._speak = speak

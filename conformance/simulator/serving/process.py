@@ -8,12 +8,20 @@ from pathlib import Path
 
 import can
 
-from conformance.errors import BenchError
+from conformance.errors import BenchError, first_line
 from conformance.simulator.bus import SimulatedBus
 from conformance.simulator.device import SimulatedDevice
 from conformance.simulator.live_segment import LiveSegment
 from conformance.simulator.serving.control import ControlSession
-from conformance.simulator.serving.lines import Address, BusWire, LibraryLine, PtyLine, TcpServer
+from conformance.simulator.serving.lines import (
+    Address,
+    BusWire,
+    LibraryLine,
+    PtyLine,
+    Speak,
+    TcpServer,
+    Write,
+)
 from conformance.simulator.serving.loop import Loop
 from conformance.simulator.serving.slcan import SlcanAdapter
 from conformance.simulator.serving.socketcand import HELLO, SocketcandSession
@@ -45,7 +53,7 @@ class Process:
         except Exception as error:
             raise BenchError(
                 f"cannot open the bus (interface {interface}, channel {channel}): "
-                f"{error or type(error).__name__}"
+                f"{first_line(error)}"
             ) from error
 
         def send(frame: Frame) -> None:
@@ -84,7 +92,7 @@ class Process:
         if address is not None:
 
             def speak(
-                write: Callable[[bytes], None],
+                write: Write,
             ) -> tuple[Callable[[bytes], bytes], bytes, Callable[[], None]]:
                 wire = BusWire(loop, bus, write, loop.epoch_s)
                 wire.speaker = session = SocketcandSession(wire, bus.bitrate)
@@ -109,9 +117,7 @@ class Process:
         loop: Loop,
         name: str,
         address: Address,
-        speak: Callable[
-            [Callable[[bytes], None]], tuple[Callable[[bytes], bytes], bytes, Callable[[], None]]
-        ],
+        speak: Speak,
     ) -> None:
         server = TcpServer(loop, address, f"--{name}", speak)
         self._stack.callback(server.close)
