@@ -12,6 +12,7 @@ import typer
 
 from conformance import catalogue as catalogue_of
 from conformance import resources, runner
+from conformance.commissioning.command import commission
 from conformance.doctor_command import benches, doctor
 from conformance.errors import ConformanceError, SpecError
 from conformance.explore.command import explore
@@ -65,6 +66,7 @@ app.command()(simulate)
 app.command()(recover)
 app.command()(benches)
 app.command()(doctor)
+app.command()(commission)
 
 
 @app.command()

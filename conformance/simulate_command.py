@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated
 
 import typer
 
 from conformance import resources
 from conformance.errors import SpecError
+from conformance.numbers import node_ids
 from conformance.report.console import console
 from conformance.simulator.channel import NodeName, build_devices, parse_readings
 from conformance.simulator.device import SimulatedDevice
@@ -26,8 +26,6 @@ from conformance.spec_commands import (
     VariantOption,
 )
 
-MOST_NODE_ID: Final = 127
-
 
 def simulate(
     device: Device,
@@ -36,6 +34,9 @@ def simulate(
     nodes: Annotated[
         str, typer.Option(help="Node-IDs of several devices, such as 1-64 or 1,5,9-12.")
     ] = "",
+    count: Annotated[
+        int, typer.Option(min=1, max=127, help="So many devices with that one node-ID.")
+    ] = 1,
     fault: FaultOption = None,
     reading: ReadingOption = None,
     seed: Annotated[int, typer.Option(help="Seed of everything random.")] = 0,
@@ -64,7 +65,7 @@ def simulate(
         )
     spec = str(resources.find("device_specs", device, "DEVICE"))
     devices = build_devices(
-        [NodeName(spec, variant, number) for number in _numbers(nodes, node_id)],
+        [NodeName(spec, variant, number) for number in _numbers(nodes, node_id, count)],
         readings=parse_readings(",".join(reading or ())),
         faults=fault or (),
         seed=seed,
@@ -87,29 +88,19 @@ def simulate(
 def _names(devices: Sequence[SimulatedDevice]) -> str:
     first = devices[0]
     ids = [device.node_id for device in devices]
-    who = f"node {ids[0]}" if len(ids) == 1 else f"{len(ids)} nodes, {ids[0]} to {ids[-1]},"
+    who = f"node {ids[0]}" if ids[0] == ids[-1] else f"{len(ids)} nodes, {ids[0]} to {ids[-1]},"
+    who += f", {len(ids)} of them," if len(ids) > 1 and ids[0] == ids[-1] else ""
     spec = first.spec
     return f"{spec.name} {spec.variant} as {who} at {first.bitrate / 1000:g} kbit/s"
 
 
-def _numbers(text: str, node_id: int | None) -> list[int | None]:
-    """Return the node-IDs of ``1-64`` or ``1,5,9-12``."""
+def _numbers(text: str, node_id: int | None, count: int) -> list[int | None]:
+    """Return each device's node-ID, None for the factory's."""
     if not text:
-        return [node_id]
-    if node_id is not None:
-        raise SpecError("--nodes: expected no --node-id beside it")
-    numbers: list[int | None] = []
-    for part in text.split(","):
-        found = re.fullmatch(r"\s*(\d{1,3})(?:\s*-\s*(\d{1,3}))?\s*", part)
-        first, last = (int(found[1]), int(found[2] or found[1])) if found else (0, 0)
-        if not 1 <= first <= last <= MOST_NODE_ID:
-            raise SpecError(
-                f"--nodes: expected node-IDs from 1 to 127 as 1-64 or 1,5, got {text!r}"
-            )
-        numbers += range(first, last + 1)
-    if len(set(numbers)) < len(numbers):
-        raise SpecError(f"--nodes: expected each node-ID once, got {text!r}")
-    return numbers
+        return [node_id] * count
+    if node_id is not None or count > 1:
+        raise SpecError("--nodes: expected neither --node-id nor --count beside it")
+    return list(node_ids("--nodes", text))
 
 
 def _address(text: str, option: str) -> Address | None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
-from conformance.errors import BenchError, Problem, SpecError
+from conformance.bench.safe_file import write_safely
+from conformance.errors import Problem, SpecError
 from conformance.spec.model import Key
 
 NAME: Final = "journal.json"
@@ -71,15 +71,7 @@ class Journal:
             BenchError: It cannot be written.
         """
         data = _to_json(replace(self, found=found, given_back=given_back))
-        fresh = path.with_suffix(".new")
-        try:
-            with fresh.open("w", encoding="ascii") as file:
-                json.dump(data, file, indent=1)
-                file.flush()
-                os.fsync(file.fileno())
-            fresh.replace(path)
-        except OSError as error:
-            raise BenchError(f"cannot write {path}: {error.strerror}") from error
+        write_safely(path, json.dumps(data, indent=1))
 
 
 def load_journal(path: Path) -> Journal:

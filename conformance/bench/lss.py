@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from conformance.bench.channel import SdoChannel
-from conformance.bench.link import Stamped
 from conformance.bench.lss_address import LssAddress
+from conformance.bench.lss_master import (
+    CONFIGURATION,
+    DONE,
+    ENTER,
+    WAITING,
+    LssAnswer,
+    LssMaster,
+    is_answer,
+    usable_state,
+)
 from conformance.bench.node import PROBE, Node
 from conformance.bench.reach import Place, Reach
 from conformance.bench.sdo import SdoPort
@@ -14,48 +21,17 @@ from conformance.errors import SetupRefused
 from conformance.spec.document import Lss
 from conformance.spec.model import StateName
 from conformance.wire import lss
-from conformance.wire.cob_id import LSS_MASTER, LSS_SLAVE
-from conformance.wire.errors import WireError
-from conformance.wire.frame import Frame
 from conformance.wire.lss import LssCommand
 from conformance.wire.nmt import NmtCommand
 from conformance.wire.sdo import InitiateUpload
 
 IDENTITY = 0x1018
-WAITING, CONFIGURATION = 0, 1
-DONE = 0
 SWITCH_DELAY_MS = 100
 _SETTLE_S = 0.1
 _MOST = 127
-_ENTER: dict[StateName, NmtCommand] = {
-    "pre-operational": NmtCommand.ENTER_PRE_OPERATIONAL,
-    "operational": NmtCommand.START,
-    "stopped": NmtCommand.STOP,
-}
 
 
-@dataclass(frozen=True, slots=True)
-class LssAnswer:
-    """What came after a request.
-
-    Args:
-        received: The first frame on the identifier of LSS slaves, None for silence.
-        message: The frame decoded, None when it is no LSS message.
-    """
-
-    received: Stamped | None
-    message: lss.SlaveMessage | None
-
-    @property
-    def error_code(self) -> int | None:
-        """The outcome of a configuring service, None when the answer has none."""
-        return self.message.error_code if isinstance(self.message, lss.ConfigureReply) else None
-
-    def __str__(self) -> str:
-        return "no answer" if self.received is None else str(self.received.frame)
-
-
-class LssPort:
+class LssPort(LssMaster):
     """LSS slave of a node; `leave` brings the node back to its place, whatever was configured.
 
     Args:
@@ -67,34 +43,15 @@ class LssPort:
     def __init__(self, node: Node, reach: Reach, service: Lss | None) -> None:
         if service is None:
             raise SetupRefused("the manual documents no LSS")
+        super().__init__(node.link, node.channel.timeout_s)
         self.node = node
         self.reach = reach
         self.service = service
-        self._link = node.link
         self.address = LssAddress(*(node.number(IDENTITY, sub) for sub in range(1, 5)))
         self._away: dict[Place, None] = {}
         self._stored = False
 
     # Talking to the slave
-
-    def tell(self, *messages: lss.MasterMessage) -> int:
-        """Send messages; return the mark before them."""
-        self._link.drain()
-        mark = self._link.mark()
-        for message in messages:
-            self._link.send(Frame(LSS_MASTER, lss.encode(message)))
-        return mark
-
-    def ask(self, *messages: lss.MasterMessage) -> LssAnswer:
-        """Send messages and wait for the first answer."""
-        mark = self.tell(*messages)
-        return _decoded(self._link.wait(is_answer, self.node.channel.timeout_s, mark))
-
-    def ask_all(self, *messages: lss.MasterMessage) -> list[LssAnswer]:
-        """Send messages and collect every answer until the time for one is over."""
-        mark = self.tell(*messages)
-        self._link.listen(self.node.channel.timeout_s, is_answer)
-        return [_decoded(received) for received in self._link.since(mark, is_answer)]
 
     def serial_answers(self) -> list[LssAnswer]:
         """Ask for the serial number, which only a slave in LSS configuration tells."""
@@ -118,19 +75,7 @@ class LssPort:
 
     def enter_nmt(self, state: StateName | None = None) -> None:
         """Enter an NMT state, by default one in which every reading has LSS."""
-        self.node.nmt(_ENTER[state or self.usable_state()])
-
-    def usable_state(self) -> StateName:
-        """Return the first NMT state in which every reading of the manual has LSS."""
-        for state in _ENTER:
-            services = [services.lss for services, _ in self.node.spec.services_readings]
-            if all(it is None or state in it.states for it in services):
-                return state
-        raise SetupRefused("there is no NMT state in which LSS works for certain")
-
-    def wait(self) -> None:
-        """Switch all slaves to LSS waiting."""
-        self.tell(lss.SwitchStateGlobal(WAITING))
+        self.node.nmt(ENTER[state or usable_state(self.node.spec)])
 
     def settle(self) -> None:
         """Give the node time for what it may do by itself."""
@@ -282,17 +227,3 @@ class LssPort:
 def index_of(bitrate: int) -> int | None:
     """Return the place of a bit rate in the standard's table, None when it is not in it."""
     return next((index for index, rate in lss.BIT_RATES.items() if rate == bitrate), None)
-
-
-def is_answer(frame: Frame) -> bool:
-    """Tell whether a frame is on the identifier of LSS slaves."""
-    return frame.can_id == LSS_SLAVE and not frame.extended and not frame.remote
-
-
-def _decoded(received: Stamped | None) -> LssAnswer:
-    if received is None:
-        return LssAnswer(None, None)
-    try:
-        return LssAnswer(received, lss.decode_slave(received.frame.data))
-    except WireError:
-        return LssAnswer(received, None)

@@ -64,6 +64,18 @@ class Operator(ABC):
         """
 
     @abstractmethod
+    def connect(self, nth: int, what: str, /) -> bool:
+        """Connect one more device to the bus; tell whether there was one.
+
+        Args:
+            nth: Which, from 1 on.
+            what: What it is to be, and what else may be connected.
+
+        Raises:
+            SetupRefused: There is no answer.
+        """
+
+    @abstractmethod
     def tilt(self, x_deg: float, y_deg: float, tolerance_deg: float) -> None:
         """Tilt the device about its axes, and return once it is at rest.
 
@@ -109,6 +121,11 @@ class TerminalOperator(Operator):
         """Ask for the switch."""
         self._have_done(f"Switch the supply of the sensor {'ON' if on else 'OFF'}")
 
+    def connect(self, nth: int, what: str, /) -> bool:
+        """Ask for a device, or for the word that there is no other."""
+        answer = self._answer(f"Connect sensor {nth}, {what}, then press Enter (q: no more): ")
+        return answer.strip().lower() != "q"
+
     def tilt(self, x_deg: float, y_deg: float, tolerance_deg: float) -> None:
         """Ask for a tilt."""
         angles = [
@@ -122,10 +139,14 @@ class TerminalOperator(Operator):
 
     def _have_done(self, what: str) -> None:
         """Ask for something, and wait for Enter."""
+        self._answer(f"{what}, then press Enter: ")
+
+    def _answer(self, prompt: str) -> str:
+        """Ask once and return the line that comes."""
         self._forget()
-        self._questions.write(f"{what}, then press Enter: ")
+        self._questions.write(prompt)
         self._questions.flush()
-        self._line(time.monotonic() + ANSWER_S)
+        return self._line(time.monotonic() + ANSWER_S)
 
     def _forget(self) -> None:
         """Forget what came too late for the question before."""
@@ -198,6 +219,11 @@ class SimulatedOperator(Operator):
         """Switch the supply of the simulated device."""
         self._link.listen(REACTION_S, lambda _: False)
         (self._rig.power_on if on else self._rig.power_off)()
+
+    def connect(self, nth: int, _what: str, /) -> bool:
+        """Supply one more of the simulated devices."""
+        self._link.listen(REACTION_S, lambda _: False)
+        return self._rig.connect(nth)
 
     def tilt(self, x_deg: float, y_deg: float, tolerance_deg: float) -> None:
         """Tilt the simulated device, in steps, and as far off as is allowed."""

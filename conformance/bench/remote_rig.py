@@ -42,6 +42,10 @@ class RemoteRig:
         """Give it back."""
         self._call("power_on")
 
+    def connect(self, count: int) -> bool:
+        """Supply the first so many devices and no other; tell whether there are that many."""
+        return bool(self._call("connect", count))
+
     def set_tilt(self, x_deg: float, y_deg: float) -> None:
         """Tilt every simulated device, in degrees."""
         self._call("set_tilt", x_deg, y_deg)

@@ -16,6 +16,9 @@ class Surroundings(Protocol):
     def power_on(self) -> None:
         """Give it back."""
 
+    def connect(self, count: int) -> bool:
+        """Supply the first so many devices and no other; tell whether there are that many."""
+
     def set_tilt(self, x_deg: float, y_deg: float) -> None:
         """Tilt every simulated device, in degrees."""
 

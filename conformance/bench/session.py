@@ -158,16 +158,20 @@ class Bench:
         if self.channel.in_vain >= MOST_IN_VAIN:
             raise NodeTimeout(f"node {node.node_id} does not end its uploads")
 
-    def find_node(self) -> None:
+    def find_node(self, *, several: bool = False) -> None:
         """Make sure that a node is there before anything is judged.
 
+        Args:
+            several: More than one may have its node-ID.
+
         Raises:
-            BenchError: Nothing answers on the node's identifier.
+            BenchError: Nothing answers on the node's identifier, or two do that must not.
         """
         node = self.node()
         deadline = self.link.now() + self.definition.boot_up_timeout_s
         if node.answers() or node.answers():
-            self._require_one(node)
+            if not several:
+                self._require_one(node)
             return
         booting = bool(self.link.since(0, node.is_boot_up))
         node.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)

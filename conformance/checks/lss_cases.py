@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import Literal, TypeAlias
 
-from conformance.bench.lss import LssAnswer, index_of
+from conformance.bench.lss import index_of
+from conformance.bench.lss_master import LssAnswer
 from conformance.bench.reach import Place
 from conformance.requirements import Case, Cases
 from conformance.spec.bit_rates import documented_rates

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from conformance.bench.emcy import EmcyPort, errors_to_come
 from conformance.bench.lights import LightsPort, Pattern, pattern_of
 from conformance.bench.lss import LssPort
+from conformance.bench.lss_master import usable_state
 from conformance.bench.node import Node
 from conformance.bench.provocations import Provocation
 from conformance.bench.stimulus import Stimulus
@@ -102,7 +103,7 @@ def test_light_shows_lss_configuration(
     lss: LssPort, spec: DeviceSpec, lights: LightsPort, shown: Shown, verdict: Verdict
 ) -> None:
     """In LSS configuration a light shows the documented pattern, if any, and none that tells otherwise."""
-    state = lss.usable_state()
+    state = usable_state(spec)
     lss.enter(state)
     lss.configure()
 

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from functools import partial
 from typing import NamedTuple
 
-from conformance.bench.lss import CONFIGURATION, LssPort, index_of
+from conformance.bench.lss import LssPort, index_of
+from conformance.bench.lss_master import CONFIGURATION
 from conformance.bench.node import Node
 from conformance.checks.lss_cases import (
     CIA305,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.lss import DONE, LssPort
+from conformance.bench.lss import LssPort
+from conformance.bench.lss_master import DONE
 from conformance.bench.reach import Place
 from conformance.checks.lss_cases import (
     CIA305,

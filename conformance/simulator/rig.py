@@ -32,6 +32,13 @@ class SimulatorRig(ABC):
             for node in bus.nodes:
                 bus.power_on(node)
 
+    def connect(self, count: int) -> bool:
+        """Supply the first so many nodes and no other; tell whether there are that many."""
+        with self.present() as bus:
+            for place, node in enumerate(bus.nodes):
+                (bus.power_on if place < count else bus.power_off)(node)
+            return count <= len(bus.nodes)
+
     def set_tilt(self, x_deg: float, y_deg: float) -> None:
         """Tilt all nodes."""
 

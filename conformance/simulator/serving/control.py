@@ -17,6 +17,7 @@ MOST: Final = 1 << 16
 CALLS: Final = (
     "power_off",
     "power_on",
+    "connect",
     "set_tilt",
     "set_temperature",
     "set_supply_voltage",

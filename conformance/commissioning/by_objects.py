@@ -1,0 +1,90 @@
+"""Gives a sensor its place by its objects, where it is the only one of its node-ID on the bus."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from conformance.bench.reach import Place
+from conformance.bench.session import Bench
+from conformance.commissioning.record import Unit
+from conformance.errors import SpecError
+from conformance.spec.bit_rates import documented_rates
+from conformance.spec.document import Changeable
+from conformance.spec.model import DeviceSpec, Entry, is_legal
+
+
+class ByObjects:
+    """SDO client that writes node-ID and bit rate.
+
+    Args:
+        bench: The open bench.
+    """
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench = bench
+
+    @staticmethod
+    def can(spec: DeviceSpec) -> bool:
+        """Tell whether a device documents an object that takes a node-ID."""
+        return _entry(spec, spec.services.node_id) is not None
+
+    @staticmethod
+    def require_bitrate(spec: DeviceSpec, bitrate: int) -> None:
+        """Make sure that a bit rate can be given.
+
+        Raises:
+            SpecError: It cannot.
+        """
+        known = sorted(documented_rates(spec))
+        if _entry(spec, spec.services.bitrate) is None or bitrate not in known:
+            raise SpecError(
+                f"--to-bitrate: expected one of {known or 'none'} bit/s, which the device documents, "
+                f"got {bitrate}"
+            )
+
+    def configure(self, _unit: Unit, start: Place, to: Place) -> Place:
+        """Write one sensor its place, and store it.
+
+        Args:
+            start: Where it is.
+            to: Where it is to be.
+
+        Returns:
+            Where it is now, before a restart.
+
+        Raises:
+            SetupRefused: It does not take a value.
+            NodeTimeout: It does not answer.
+        """
+        bench = self._bench
+        bench.reach.go(start)
+        node = bench.node()
+        indices = set()
+        for entry, value, next_place in _changes(bench.spec, start, to):
+            keys = bench.spec.companions(entry.key)
+            bench.reach.write(node, keys, entry.type.encode(value), bench.reach.here, next_place)
+            indices |= {index for index, _ in keys}
+        node.save(indices)
+        bench.done(node, doubtful=False)
+        return bench.reach.here
+
+
+def _changes(spec: DeviceSpec, start: Place, to: Place) -> Iterator[tuple[Entry, int, Place]]:
+    """Return what is written where, and where the sensor may be at once after it."""
+    node_id = _entry(spec, spec.services.node_id)
+    if node_id is not None and to.node_id != start.node_id:
+        yield node_id, to.node_id, Place(to.node_id, start.bitrate)
+    rate = _entry(spec, spec.services.bitrate)
+    if rate is not None and to.bitrate != start.bitrate:
+        yield rate, documented_rates(spec)[to.bitrate], to
+
+
+def _entry(spec: DeviceSpec, service: Changeable | None) -> Entry | None:
+    entry = None if service is None else spec.entry(service.object)
+    return entry if entry is not None and entry.writable else None
+
+
+def legal_node_ids(spec: DeviceSpec) -> list[int]:
+    """Return the node-IDs that a device takes."""
+    entry = _entry(spec, spec.services.node_id)
+    return [it for it in range(1, 128) if entry is None or is_legal(it, entry.legal)]

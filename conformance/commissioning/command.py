@@ -1,0 +1,168 @@
+"""The command line's `commission`: a node-ID of its own for each sensor fresh from the box, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from conformance import resources
+from conformance.bench.definition import BenchDefinition, load_bench
+from conformance.bench.interrupts import interruptible
+from conformance.bench.overriding import overridden
+from conformance.bench.session import Bench
+from conformance.commissioning.by_lss import ByLss
+from conformance.commissioning.by_objects import ByObjects, legal_node_ids
+from conformance.commissioning.procedure import Procedure
+from conformance.commissioning.record import NAME, Record, load_record
+from conformance.errors import BenchError, SpecError
+from conformance.numbers import node_ids as parsed
+from conformance.options import RunOptions, simulation
+from conformance.report.console import console
+from conformance.spec.load import load_spec
+from conformance.spec.model import DeviceSpec
+from conformance.spec_commands import BitrateOption, ChannelOption, VariantOption
+
+TRACE: Final = ".log"
+"""Ending of the trace beside the record."""
+
+
+def commission(
+    device: Annotated[
+        str, typer.Argument(help="Built-in name (see `devices`) or path of a spec.")
+    ] = "",
+    bench: Annotated[
+        str | None,
+        typer.Option(help="Built-in bench or path of a bench file; the simulator if absent."),
+    ] = None,
+    channel: ChannelOption = None,
+    bitrate: BitrateOption = None,
+    variant: VariantOption = None,
+    node_ids: Annotated[
+        str, typer.Option(help="Those to give, as 10-17; the lowest free ones if absent.")
+    ] = "1-127",
+    to_bitrate: Annotated[
+        int | None, typer.Option(help="Bit rate to give, in bit/s; as it is if absent.")
+    ] = None,
+    serial: Annotated[
+        list[int] | None,
+        typer.Option(help="Serial number of a sensor that is on the bus (repeatable)."),
+    ] = None,
+    one_by_one: Annotated[
+        bool, typer.Option("--one-by-one", help="The operator connects one after the other.")
+    ] = False,
+    record: Annotated[Path, typer.Option(help="File for what was found and given.")] = Path(NAME),
+    undo: Annotated[
+        Path | None, typer.Option(metavar="RECORD", help="Give back all that this record tells of.")
+    ] = None,
+) -> None:
+    """Give each sensor fresh from the box a node-ID of its own; exit 0 if all have it, 2 if not."""
+    if undo is not None:
+        _undo(undo, bench, channel)
+        return
+    bench = bench or "simulator"
+    spec_path = resources.find("device_specs", device, "DEVICE")
+    bench_path = resources.find("fixtures/benches", bench, "--bench")
+    definition = _with_operator(overridden(load_bench(bench_path), channel, bitrate))
+    spec = load_spec(spec_path).resolve(variant, definition.node_id)
+    rate = to_bitrate or definition.bitrate or spec.bitrate
+    _require_way(spec, definition, rate)
+    ids = _legal(spec, node_ids)
+    _require_free(record)
+    options = simulation(RunOptions(device, bench=bench), definition, spec)
+    made = Record(
+        device=str(spec_path.resolve()),
+        variant=spec.variant,
+        bench=str(bench_path.resolve()),
+        channel=channel,
+    )
+    wrong = []
+    opened = Bench.open(definition, spec, options, record.with_suffix(TRACE))
+    try:
+        with interruptible():
+            procedure = Procedure(opened, made, record)
+            if one_by_one or not ByLss.can(spec) or not (serial or ByLss.finds(spec)):
+                wrong = procedure.one_by_one(ids, rate)
+            else:
+                wrong = procedure.all_at_once(serial or [], ids, rate)
+    finally:
+        opened.close()
+        _show(made)
+    if wrong or not made.units:
+        raise BenchError("\n".join(wrong) or "no sensor was found")
+    console.say(f"undo it with: canopen-conformance commission --undo {record}")
+
+
+def _undo(path: Path, bench: str | None, channel: str | None) -> None:
+    kept = load_record(path)
+    if not kept.in_force:
+        console.say("nothing to undo: all sensors are where they were found")
+        return
+    found = kept.in_force[0].found
+    spec = load_spec(Path(kept.device)).resolve(kept.variant, found.node_id)
+    bench_path = (
+        Path(kept.bench) if bench is None else resources.find("fixtures/benches", bench, "--bench")
+    )
+    definition = overridden(load_bench(bench_path), channel or kept.channel, found.bitrate)
+    opened = Bench.open(_with_operator(definition), spec, {}, path.with_suffix(".undo.log"))
+    try:
+        with interruptible():
+            wrong = Procedure(opened, kept, path).back()
+    finally:
+        opened.close()
+        _show(kept)
+    if wrong:
+        raise BenchError("\n".join(wrong))
+
+
+def _with_operator(definition: BenchDefinition) -> BenchDefinition:
+    """Take who types this for the operator, where the bench has none."""
+    if definition.operator == "none":
+        return definition.model_copy(update={"operator": "terminal"})
+    return definition
+
+
+def _require_way(spec: DeviceSpec, definition: BenchDefinition, bitrate: int) -> None:
+    """Make sure that the manual says how a node-ID is given, and the bit rate if it is another."""
+    way = ByLss if ByLss.can(spec) else ByObjects
+    if not way.can(spec):
+        raise SpecError(
+            f"DEVICE: expected one whose manual tells how a node-ID is given, got {spec.name}"
+        )
+    if bitrate == (definition.bitrate or spec.bitrate):
+        return
+    if not definition.sets_bitrate:
+        raise SpecError(
+            f"--to-bitrate: expected none on interface {definition.interface}, whose bit rate is "
+            f"set up by others, got {bitrate}"
+        )
+    way.require_bitrate(spec, bitrate)
+
+
+def _legal(spec: DeviceSpec, text: str) -> Sequence[int]:
+    legal = legal_node_ids(spec)
+    asked = parsed("--node-ids", text)
+    return [it for it in asked if it in legal]
+
+
+def _require_free(record: Path) -> None:
+    """Make sure that a record can be made without losing another one."""
+    if not record.parent.is_dir():
+        raise SpecError(f"--record: expected a file in a folder that is there, got {str(record)!r}")
+    if record.exists() and load_record(record).in_force:
+        raise SpecError(
+            f"--record: expected another file, for {record} tells of sensors that were not brought "
+            f"back: undo it first, or give another"
+        )
+
+
+def _show(record: Record) -> None:
+    if not record.units:
+        return
+    rows = [
+        (str(unit), str(unit.found.place), str(unit.given.place), unit.state)
+        for unit in record.units
+    ]
+    console.table(("sensor", "was", "given", "state"), rows)
