@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from conformance.bench.reach import Place
 from conformance.bench.session import Bench
+from conformance.commissioning.giving import NotSelected, serial_of
 from conformance.commissioning.record import Unit
 from conformance.errors import SpecError
 from conformance.spec.bit_rates import documented_rates
@@ -42,10 +43,11 @@ class ByObjects:
                 f"got {bitrate}"
             )
 
-    def configure(self, _unit: Unit, start: Place, to: Place) -> Place:
+    def configure(self, unit: Unit, start: Place, to: Place) -> Place:
         """Write one sensor its place, and store it.
 
         Args:
+            unit: The sensor.
             start: Where it is.
             to: Where it is to be.
 
@@ -53,12 +55,16 @@ class ByObjects:
             Where it is now, before a restart.
 
         Raises:
+            NotSelected: Another sensor is there.
             SetupRefused: It does not take a value.
             NodeTimeout: It does not answer.
         """
         bench = self._bench
         bench.reach.go(start)
         node = bench.node()
+        serial = serial_of(node)
+        if serial not in (None, unit.serial):
+            raise NotSelected(f"{unit} is expected as {start}, but serial {serial} is there")
         indices = set()
         for entry, value, next_place in _changes(bench.spec, start, to):
             keys = bench.spec.companions(entry.key)

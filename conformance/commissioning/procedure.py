@@ -49,7 +49,7 @@ class Procedure:
         assert self._by_lss is not None  # asked before
         self._bench.find_node(several=True)
         units = self._add(self._identities(self._by_lss, serials), node_ids, bitrate)
-        console.say(f"found: {', '.join(map(str, units)) or 'nobody'}")
+        console.say(f"sensors: {', '.join(map(str, units)) or 'none'}")
         wrong = self._giving.give(units)
         home = self._bench.reach.home
         self._bench.reach.go(home)

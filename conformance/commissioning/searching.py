@@ -51,8 +51,8 @@ class Search:
         self._master = LssMaster(self._link, min(self._timeout_s, max(LEAST_S, LATER * took_s)))
         return [
             LssAddress(*self._product, revision, serial)
-            for revision in _within(*every, partial(self._has_revision, every))
-            for serial in _within(*every, partial(self._has_serial, (revision, revision)))
+            for revision in within(*every, partial(self._has_revision, every))
+            for serial in within(*every, partial(self._has_serial, (revision, revision)))
         ]
 
     def _has_revision(self, serials: Range, low: int, high: int) -> bool:
@@ -70,7 +70,7 @@ class Search:
         return isinstance(answer, IdentifySlave)
 
 
-def _within(low: int, high: int, is_any: Callable[[int, int], bool]) -> Iterator[int]:
+def within(low: int, high: int, is_any: Callable[[int, int], bool]) -> Iterator[int]:
     """Return the numbers in a range in which there is one."""
     if low == high:
         if is_any(low, high):  # an answer that came late may have led here
@@ -79,6 +79,6 @@ def _within(low: int, high: int, is_any: Callable[[int, int], bool]) -> Iterator
     middle = (low + high) // 2
     lower = is_any(low, middle)
     if lower:
-        yield from _within(low, middle, is_any)
+        yield from within(low, middle, is_any)
     if not lower or is_any(middle + 1, high):
-        yield from _within(middle + 1, high, is_any)
+        yield from within(middle + 1, high, is_any)
