@@ -161,22 +161,17 @@ def test_a_sensor_that_moves_at_a_power_cycle_alone(
         assert [node_id for node_id, _ in places(bench)] == [10]
 
 
-def test_the_search_finds_every_number() -> None:
-    draw = random.Random(1)  # noqa: S311 - repeatable
-    for count in (0, 1, 2, 9):
-        there = sorted(
-            {draw.choice((draw.randrange(HIGHEST + 1), draw.randrange(1000))) for _ in range(count)}
-        )
-        if count:
-            there = sorted({*there, 0, HIGHEST})
+@pytest.mark.parametrize("count", [0, 1, 2, 9])
+def test_the_search_finds_every_number(count: int) -> None:
+    draw = random.Random(count)  # noqa: S311 - repeatable
+    near = {draw.randrange(1000) for _ in range(count)}
+    far = {draw.randrange(HIGHEST) for _ in range(count)}
+    there = sorted({0, HIGHEST} | near | far if count else set())
 
-        found = list(
-            within(
-                0, HIGHEST, lambda low, high, there=there: any(low <= it <= high for it in there)
-            )
-        )
+    def is_any(low: int, high: int) -> bool:
+        return any(low <= it <= high for it in there)
 
-        assert found == there
+    assert list(within(0, HIGHEST, is_any)) == there
 
 
 def test_a_late_answer_finds_nobody() -> None:
