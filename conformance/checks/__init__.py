@@ -1,4 +1,4 @@
-"""The checks: one module per service, one test function per requirement."""
+"""The checks: a folder per area, one module per service, one test function per requirement."""
 
 import pytest
 

@@ -1,0 +1,1 @@
+"""The non-volatile memory: store and restore."""

@@ -1,0 +1,1 @@
+"""How a node is reached: node-ID and bit rate."""

@@ -1,0 +1,1 @@
+"""What an inclinometer measures, and by which settings (CiA 410)."""

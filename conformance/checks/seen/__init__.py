@@ -1,0 +1,1 @@
+"""What only eyes can see: lights and label."""
