@@ -8,9 +8,12 @@ from typing import Any
 
 from conformance.bench.definition import BenchDefinition
 from conformance.checks import JUDGED_SERVICES
+from conformance.errors import SpecError, first_line
 from conformance.options import RunOptions
 from conformance.report.eds_word import EdsWord
+from conformance.spec.load import SpecFile
 from conformance.spec.model import DeviceSpec
+from conformance.spec.statements import load_statements
 
 
 def provenance(
@@ -32,6 +35,7 @@ def provenance(
         "faults": list(options.faults),
         "simulated_readings": list(options.readings),
         "strict": options.strict,
+        "select": options.select or options.repro,
         "not_judged": sorted(set(_documented_services(spec)) - JUDGED_SERVICES),
         "python": platform.python_version(),
         "python_can": version("python-can"),
@@ -50,6 +54,46 @@ def device(options: RunOptions, spec: DeviceSpec) -> dict[str, Any]:
         "node_id": spec.node_id,
         "serial": options.serial,
         "manual": spec.manual.name,
+    }
+
+
+def manual(file: SpecFile, variant: str) -> dict[str, Any]:
+    """Return what the manual says of a variant and where it can be read in several ways.
+
+    A mistake in the statements file ends no run: the record says that they could not be read.
+    """
+    missing = "nobody has listed what the manual says"
+    try:
+        listed = load_statements(file)
+    except SpecError as error:
+        listed, missing = None, first_line(error)
+    statements = [
+        {
+            "id": it.id,
+            "source": it.source,
+            "says": it.says,
+            "verified_by": it.verified_by or [],
+            "needs": it.needs or "",
+            "because": it.because or "",
+            "open": it.open or "",
+        }
+        for it in (listed.statements if listed else ())
+        if it.applies_to(variant)
+    ]
+    ambiguities = [
+        {
+            "id": it.id,
+            "source": it.source,
+            "what": it.what,
+            "readings": [reading.says for reading in it.readings],
+        }
+        for it in file.document.ambiguities
+        if it.judged_by == "either"
+    ]
+    return {
+        "statements": statements,
+        "statements_missing": "" if listed else missing,
+        "ambiguities": ambiguities,
     }
 
 

@@ -21,7 +21,7 @@ from conformance.bench.session import Bench
 from conformance.effects import WEARING, Effect, Need
 from conformance.errors import BenchError, ConformanceError, NodeTimeout
 from conformance.options import RunOptions, refusal, selection, simulation
-from conformance.provenance import device, provenance
+from conformance.provenance import device, manual, provenance
 from conformance.report import repro
 from conformance.report.eds_word import EdsWord
 from conformance.report.folder import make_folder
@@ -34,7 +34,7 @@ from conformance.scanning import ScanProgress
 from conformance.spec.eds.reader import read_eds
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
-from conformance.verdict import Verdict, VerdictWord
+from conformance.verdict import Measurement, Verdict, VerdictWord
 from conformance.wire.datatypes import DataType
 
 SAVE_EVERY_S = 1.0
@@ -68,10 +68,9 @@ class Run:
         self.definition = overridden(
             load_bench(self._files["bench"]), options.channel, options.bitrate
         )
-        file = load_spec(self._files["device"])
+        self._spec_file = file = load_spec(self._files["device"])
         node_id = self.definition.node_id if options.node_id is None else options.node_id
         self.spec: DeviceSpec = file.resolve(options.variant, node_id)
-        self._factory = file.document.factory
         self.strict = options.strict
         self._selection = selection(options.select)
         self._eds = None if options.eds is None else EdsWord(read_eds(Path(options.eds)), self.spec)
@@ -100,7 +99,8 @@ class Run:
     def refuses(self, effects: tuple[Effect, ...], needs: tuple[Need, ...]) -> str:
         """Return why the bench cannot run a check with these effects and needs, empty if it can."""
         bitrate = self.definition.bitrate or self.spec.bitrate
-        as_made = (self.spec.node_id, bitrate) == (self._factory.node_id, self._factory.bitrate)
+        factory = self._spec_file.document.factory
+        as_made = (self.spec.node_id, bitrate) == (factory.node_id, factory.bitrate)
         if "restores" in effects and not as_made:
             return (
                 "restoring the factory settings would move the node to another node-ID or bit rate"
@@ -301,6 +301,7 @@ class Run:
             deviations=tuple(
                 {"quantity": m.quantity, "expected": m.expected, "actual": m.actual} for m in failed
             ),
+            measurements=tuple(_numbers(m) for m in verdict.measurements if m.figures),
         )
         if word != "fail":
             return item
@@ -378,6 +379,7 @@ class Run:
             except BenchError as error:
                 self.abort(str(error))
         self.results.run["finished"] = datetime.now(UTC).isoformat(timespec="seconds")
+        self.results.manual = manual(self._spec_file, self.spec.variant)
         self.results.run["wall_s"] = round(time.monotonic() - self._started, 3)
         try:
             self._save()
@@ -418,6 +420,23 @@ class Run:
             self._bench.link.flush()
         if self.directory is not None:
             self.results.write(self.directory / "results.json")
+
+
+def _numbers(measurement: Measurement) -> dict[str, Any]:
+    """Return a comparison of numbers as it is recorded, to seven digits."""
+    assert measurement.figures is not None  # it compares numbers
+    limits = {
+        name: None if limit is None else float(f"{limit:.7g}")
+        for name, limit in asdict(measurement.figures).items()
+        if name != "values"
+    }
+    values = [float(f"{it:.7g}") for it in measurement.figures.values]
+    return {
+        "quantity": measurement.quantity,
+        "unit": measurement.unit,
+        "values": values,
+        **limits,
+    }
 
 
 def _file_name(text: str) -> str:

@@ -14,6 +14,23 @@ _PER_MS = {"ms": 1.0, "s": 1e-3}
 
 
 @dataclass(frozen=True, slots=True)
+class Figures:
+    """What was measured, as numbers in the measurement's unit.
+
+    Args:
+        values: In the order in which they came.
+        least: They may not be below it; None without such a limit.
+        most: They may not be above it; None without such a limit.
+        nominal: What they should be; None where only a limit is documented.
+    """
+
+    values: tuple[float, ...]
+    least: float | None = None
+    most: float | None = None
+    nominal: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Measurement:
     """One comparison, in words fit for a report; not resolved where the rig cannot tell."""
 
@@ -23,6 +40,7 @@ class Measurement:
     unit: str
     ok: bool
     resolved: bool = True
+    figures: Figures | None = None
 
 
 class Nonconformity(AssertionError):  # noqa: N818 - the word of the trade
@@ -127,22 +145,27 @@ class Verdict:
         worst = max(range(len(actual)), key=lambda n: abs(actual[n] - nominal))
         of = f" (worst of {len(actual)}, no. {worst + 1})" if len(actual) > 1 else ""
         margin = tolerance - abs(actual[worst] - nominal)
-        return self._measured(quantity, expected, actual[worst], of, margin, unit, over, doubt)
+        figures = Figures(tuple(actual), nominal - tolerance, nominal + tolerance, nominal)
+        return self._measured(
+            quantity, expected, actual[worst], of, margin, unit, figures, over, doubt
+        )
 
     def at_least(
         self, quantity: str, actual: float, limit: float, *, unit: str, over: int = 1
     ) -> bool:
         """Judge that a figure, the mean of so many periods, is not below a limit."""
         expected = f"at least {limit:g} {unit}"
-        return self._measured(quantity, expected, actual, "", actual - limit, unit, over)
+        figures = Figures((actual,), least=limit)
+        return self._measured(quantity, expected, actual, "", actual - limit, unit, figures, over)
 
     def at_most(
         self, quantity: str, actual: float, limit: float, *, unit: str, doubt: float = 0.0
     ) -> bool:
         """Judge that a figure, which the bench may have put off by so much, is not above a limit."""
         expected = f"at most {limit:g} {unit}"
+        figures = Figures((actual,), most=limit)
         margin = limit - actual
-        return self._measured(quantity, expected, actual, "", margin, unit, doubt=doubt)
+        return self._measured(quantity, expected, actual, "", margin, unit, figures, doubt=doubt)
 
     def follows(self, ambiguity: str, reading: int) -> None:
         """Note which reading of an ambiguous place the device follows."""
@@ -180,6 +203,7 @@ class Verdict:
         of: str,
         margin: float,
         unit: str,
+        figures: Figures,
         over: int = 1,
         doubt: float = 0.0,
     ) -> bool:
@@ -193,6 +217,7 @@ class Verdict:
             unit,
             ok=margin >= 0,
             resolved=not uncertainty or abs(margin) > uncertainty,
+            figures=figures,
         )
 
     def _add(
@@ -204,6 +229,9 @@ class Verdict:
         *,
         ok: bool,
         resolved: bool = True,
+        figures: Figures | None = None,
     ) -> bool:
-        self.measurements.append(Measurement(quantity, expected, actual, unit, ok, resolved))
+        self.measurements.append(
+            Measurement(quantity, expected, actual, unit, ok, resolved, figures)
+        )
         return ok

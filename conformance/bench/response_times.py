@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from math import ceil
+from collections import Counter
+from math import ceil, floor, log10
+from typing import Any
 
 from conformance.spec.model import Key, address
 
 _CONTINUES = (0x00, 0x60, 0xA0, 0xC0)
 """Client command specifiers of requests within a transfer (CiA 301 v4.2.0, 7.2.4.3)."""
 _SHARE = 0.99
+_PER_DECADE = 20
+"""Steps of the histogram from a time to ten times as long."""
+_SHORTEST_MS = 0.001
 
 
 class ResponseTimes:
@@ -40,8 +45,11 @@ class ResponseTimes:
         self._waiting_since_s = None
         self._transfers[-1] = max(self._transfers[-1], (waited_s, self._begun))
 
-    def summary(self) -> dict[str, int | float | str]:
-        """Return how many transfers were answered, and how fast; nothing but 0 without any."""
+    def summary(self) -> dict[str, Any]:
+        """Return how many transfers were answered, and how fast; nothing but 0 without any.
+
+        ``histogram`` has the upper limit of each step in ms, and how many transfers are in it.
+        """
         answered = sorted(it for it in self._transfers if it[0] >= 0)
         if not answered:
             return {"transfers": 0}
@@ -52,7 +60,17 @@ class ResponseTimes:
             "p99_ms": times_ms[ceil(_SHARE * len(answered)) - 1],
             "max_ms": times_ms[-1],
             "max_object": address(*answered[-1][1]),
+            "histogram": _histogram(times_ms),
         }
+
+
+def _histogram(times_ms: list[float]) -> list[tuple[float, int]]:
+    """Return how many times are in each step, by its upper limit, from the first to the last."""
+    steps = Counter(floor(log10(max(it, _SHORTEST_MS)) * _PER_DECADE) for it in times_ms)
+    return [
+        (float(f"{10 ** ((step + 1) / _PER_DECADE):.4g}"), steps[step])
+        for step in range(min(steps), max(steps) + 1)
+    ]
 
 
 def _begins(request: bytes) -> bool:

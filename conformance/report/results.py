@@ -46,6 +46,8 @@ class Item:
         trace: Slice of the trace, ``trace.log:12-40``.
         readings: Ambiguity to the reading that the device follows here.
         deviations: Every comparison that failed.
+        measurements: Every comparison of numbers, failed or not: ``quantity``, ``unit``, ``values``
+            and their limits ``least``, ``most`` and ``nominal``, each of them null where there is none.
         eds: What the EDS says of a deviation's object, and who stands alone; empty without an EDS.
         begins: Line of the trace at which the check itself begins, its set-up done.
         repro: The command that runs a failed item again.
@@ -69,6 +71,7 @@ class Item:
     trace: str = ""
     readings: Mapping[str, int] = field(default_factory=dict)
     deviations: tuple[Mapping[str, str], ...] = ()
+    measurements: tuple[Mapping[str, JsonValue], ...] = ()
     eds: Mapping[str, str] = field(default_factory=dict)
     begins: int = 0
     repro: str = ""
@@ -88,6 +91,7 @@ class Results:
         left_changed: What the run did not leave as it was, empty if all is.
         illegal: What the node did that no node may, empty if nothing.
         scanned: What a walk over the object dictionary found; None without one.
+        manual: What the manual says and leaves open, for the report: ``statements``, ``ambiguities``.
     """
 
     run: dict[str, JsonValue]
@@ -99,6 +103,7 @@ class Results:
     illegal: str = ""
     complete: bool = False
     scanned: Scanned | None = None
+    manual: dict[str, JsonValue] = field(default_factory=dict)
     _texts: list[str] = field(default_factory=list, repr=False)
 
     def replace_last(self, item: Item) -> None:
@@ -169,6 +174,8 @@ class Results:
             "items": "[\n" + ",\n".join(self._texts) + "\n]",
             "summary": _to_json(summary),
         }
+        if self.manual:
+            parts["manual"] = _to_json(self.manual)
         if self.scanned is not None:
             parts["scan"] = _to_json(asdict(self.scanned))
         return "{\n" + ",\n".join(f'"{name}": {text}' for name, text in parts.items()) + "\n}"

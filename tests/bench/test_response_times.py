@@ -33,6 +33,7 @@ def test_a_transfer_takes_as_long_as_its_slowest_response() -> None:
         "p99_ms": 10.0,
         "max_ms": 10.0,
         "max_object": "1008h:00",
+        "histogram": [(11.22, 1)],
     }
 
 
@@ -50,6 +51,7 @@ def test_only_the_first_response_to_a_request_counts_and_silence_does_not() -> N
         "p99_ms": 1.0,
         "max_ms": 1.0,
         "max_object": "1008h:00",
+        "histogram": [(1.122, 1)],
     }
 
 
@@ -70,6 +72,19 @@ def test_ninety_nine_per_cent_leave_out_the_slowest_of_a_hundred() -> None:
 
     found = times.summary()
     assert (found["median_ms"], found["p99_ms"], found["max_ms"]) == (50.0, 99.0, 100.0)
+
+
+def test_the_histogram_has_every_transfer_in_a_step_that_holds_its_time() -> None:
+    times = ResponseTimes()
+    for waited_ms in (1.9, 2.0, 2.1, 5.0):
+        times.sent(UPLOAD, 1.0)
+        times.received(1.0 + waited_ms / 1000)
+
+    steps = times.summary()["histogram"]
+
+    assert [count for _, count in steps] == [1, 2, 0, 0, 0, 0, 0, 0, 1]
+    assert [step[0] for step in steps][:2] == [1.995, 2.239]
+    assert steps[-1][0] > 5.0 >= steps[-2][0]
 
 
 def test_a_run_reports_them(judge: Callable[..., Any]) -> None:

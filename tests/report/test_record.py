@@ -18,6 +18,7 @@ from junitparser import Error, Failure, JUnitXml, Skipped
 from conformance.report.junit import to_junit
 from conformance.report.results import Item, Results
 
+SPECS = Path(__file__).parents[2] / "device_specs"
 VERDICTS = {"pass", "fail", "inconclusive", "skipped", "not_applicable"}
 
 
@@ -42,7 +43,7 @@ def test_junit_is_read_by_another_parser(judge: Callable[..., Any]) -> None:
 def test_the_record_has_its_fixed_keys(judge: Callable[..., Any]) -> None:
     record = judge("--select", "BOOT").record
 
-    assert set(record) == {"run", "device", "items", "summary"}
+    assert set(record) == {"run", "device", "items", "summary", "manual"}
     for item in record["items"]:
         assert item["verdict"] in VERDICTS
         assert {
@@ -61,6 +62,49 @@ def test_the_record_has_its_fixed_keys(judge: Callable[..., Any]) -> None:
     assert record["run"]["spec_sha256"]
     assert record["device"]["identity"]["1018h:01"] == "95 01 00 00"
     assert record["summary"]["verdict"] == "conforms"
+
+
+def test_the_record_holds_what_was_measured_with_its_limits(judge: Callable[..., Any]) -> None:
+    (item,) = judge("--select", "HB-01/1017h/100ms").record["items"]
+
+    gaps, mean = item["measurements"]
+    assert (gaps["quantity"], gaps["unit"]) == ("heartbeat period", "ms")
+    assert len(gaps["values"]) > 5
+    assert (gaps["least"], gaps["nominal"], gaps["most"]) == (93, 100, 107)
+    assert mean["values"] == [pytest.approx(100, abs=0.1)]
+
+
+def test_the_record_says_of_what_it_is_a_part(judge: Callable[..., Any]) -> None:
+    assert judge("--select", "BOOT").record["run"]["select"] == "BOOT"
+    assert judge("--repro", "OD-10/1017h").record["run"]["select"] == "OD-10/1017h"
+
+
+def test_the_record_holds_what_the_manual_says_and_leaves_open(judge: Callable[..., Any]) -> None:
+    manual = judge("--select", "BOOT").record["manual"]
+
+    assert manual["statements_missing"] == ""
+    said = next(it for it in manual["statements"] if "BOOT-01" in it["verified_by"])
+    assert said["id"].startswith("S-")
+    assert said["source"]
+    assert said["says"]
+    open_ = next(it for it in manual["ambiguities"] if it["id"] == "IMS-07")
+    assert len(open_["readings"]) == 2
+
+
+@pytest.mark.parametrize("text", [None, "format: 2\n", "format: 1\nstatements: []\n"])
+def test_a_run_needs_no_statements(
+    text: str | None, judge: Callable[..., Any], tmp_path: Path
+) -> None:
+    spec = tmp_path / "x.yaml"
+    spec.write_bytes((SPECS / "siko_ims360.yaml").read_bytes())
+    if text is not None:
+        (tmp_path / "x.statements.yaml").write_text(text, encoding="utf-8")
+
+    finished = judge("--select", "BOOT-01", device=spec)
+
+    assert finished.code == 0
+    assert finished.record["manual"]["statements"] == []
+    assert finished.record["manual"]["statements_missing"]
 
 
 def test_the_trace_is_read_by_python_can_and_holds_each_items_frames(
