@@ -10,17 +10,14 @@ from conformance.bench.node import Node
 from conformance.bench.slope import SlopePort
 from conformance.bench.stimulus import Stimulus
 from conformance.checks import cases
+from conformance.checks.profile.shown import Outcome, confirmed, judge, turn_steps
+from conformance.checks.profile.slope_ports import port_of
 from conformance.checks.profile.slopes import (
     MeasuredSlope,
     Other,
-    Outcome,
-    confirmed,
     idle_offsets,
-    judge,
     measured_slopes,
-    port_of,
     possible,
-    turn_steps,
 )
 from conformance.checks.steps import require_alive
 from conformance.errors import SetupRefused

@@ -9,17 +9,9 @@ from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
 from conformance.bench.sdo import Transfer
 from conformance.checks import cases
-from conformance.checks.profile.slopes import (
-    MeasuredSlope,
-    Outcome,
-    confirmed,
-    having,
-    judge,
-    plain_port_of,
-    slopes,
-    targets,
-    turn_steps,
-)
+from conformance.checks.profile.shown import Outcome, confirmed, judge, turn_steps
+from conformance.checks.profile.slope_ports import plain_port_of
+from conformance.checks.profile.slopes import MeasuredSlope, having, slopes, targets
 from conformance.checks.steps import require_writable
 from conformance.checks.waiting import at_need, put_in_force
 from conformance.errors import SetupRefused

@@ -15,7 +15,7 @@ from conformance.checks.pdo.tilted_tpdos import (
     tilted,
 )
 from conformance.checks.pdo.tpdos import listen, paced, port_of, set_up, tpdos
-from conformance.checks.profile.slopes import distance, margin_of
+from conformance.checks.profile.shown import distance, margin_of
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec

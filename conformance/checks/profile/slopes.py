@@ -2,31 +2,29 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
-from conformance.bench.in_force import InForce, may_wait
-from conformance.bench.node import Node
-from conformance.bench.sdo import Transfer
-from conformance.bench.settling import Settling
-from conformance.bench.slope import Seen, SlopePort, degrees
+from conformance.bench.slope import degrees
 from conformance.checks import cases
-from conformance.checks.limits import STEPS, tilt_tolerance_deg
-from conformance.checks.waiting import at_need, put_in_force
+from conformance.checks.profile.slope_ports import operating_parameter
+from conformance.checks.waiting import at_need
 from conformance.requirements import Case, Cases
 from conformance.spec.behaviours import Slope
 from conformance.spec.fields import key_of, of_variant
 from conformance.spec.model import Alternative, DeviceSpec, Entry, OtherBehaviours, OtherServices
-from conformance.verdict import Verdict
 
 TURN_DEG = 360.0
+
+
 NARROW_DEG = 10.0
 """Range to stay in where a manual prints none: that of the narrowest sensors."""
 
+
 Other = OtherBehaviours | OtherServices
+
+
 AXES = ("tilt-x", "tilt-y")
 
 
@@ -221,198 +219,9 @@ def idle_offsets(spec: DeviceSpec, slope: MeasuredSlope) -> list[OtherBehaviours
     return found
 
 
-def port_of(node: Node, slope: MeasuredSlope) -> SlopePort:
-    """Return a slope of the node."""
-    return SlopePort(node, slope.entry, slope.rule)
-
-
-def operating_parameter(spec: DeviceSpec, rule: Slope | None) -> Entry | None:
-    """Return the entry that inverts and scales a slope, None without one."""
-    named = None if rule is None else rule.operating_parameter
-    return None if named is None else spec.entry(*key_of(named))
-
-
-def upright_port_of(
-    node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
-) -> SlopePort:
-    """Return a slope of the node, which is not inverted; stored first where it may have to be."""
-    port = port_of(node, slope)
-    _set_up(node, port, partial(port.invert, on=False), in_force, verdict)
-    return port
-
-
-def plain_port_of(
-    node: Node, slope: MeasuredSlope, in_force: InForce, verdict: Verdict
-) -> SlopePort:
-    """Return such a slope whose offsets count, without a differential offset."""
-    port = port_of(node, slope)
-    _set_up(node, port, port.count_upright, in_force, verdict)
-    port.make_plain()
-    return port
-
-
-def _set_up(
-    node: Node,
-    port: SlopePort,
-    change: Callable[[], None],
-    in_force: InForce,
-    verdict: Verdict,
-) -> None:
-    """Change a slope's operating parameter, which has to be stored unless the slope shows that it acts."""
-    parameter = operating_parameter(node.spec, port.rule)
-    if parameter is None or not may_wait(parameter):
-        change()
-        return
-    held, before = node.number(*parameter.key), port.seen()
-    change()
-
-    def goes_on() -> bool | None:
-        return None if is_same(before, 0.0, port.seen()) else False
-
-    if node.number(*parameter.key) != held:
-        put_in_force(in_force, verdict, [parameter], goes_on, Settling(node).wait)
-
-
-def is_same(before: Seen, turn: float, seen: Seen) -> bool:
-    """Tell whether a slope shows what it did before, whole turns left out of account."""
-    return distance(seen.value, before.value, turn) <= margin_of(seen, before)
-
-
 def targets(slope: MeasuredSlope, step_deg: float) -> list[int]:
     """Return values in steps well inside the range and the type, so that a slope may show them."""
     shares = (-0.5, 0.0, 0.5) if slope.low_deg < 0 else (0.0, 0.25, 0.5)
     most = slope.entry.type.maximum // 2
     wanted = [round(slope.at(share) / step_deg) for share in shares]
     return sorted({min(max(value, -most), most) for value in wanted})
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What a slope or an offset may show, and the readings by which it does.
-
-    Args:
-        steps: The value.
-        others: The readings, none for what is judged first.
-    """
-
-    steps: float
-    others: tuple[Other | None, ...] = ()
-
-
-def judge(
-    verdict: Verdict,
-    quantity: str,
-    seen: Seen,
-    outcomes: Sequence[Outcome],
-    *,
-    before: Seen | None = None,
-    turn_steps: float = 0.0,
-) -> None:
-    """Judge that a value is one of several, as exactly as it was seen to be steady.
-
-    Args:
-        verdict: The check's verdict.
-        quantity: What was seen.
-        seen: The value.
-        outcomes: What it may be.
-        before: The value from which the outcomes were calculated.
-        turn_steps: Steps of a whole turn, by which it may be off; 0 for none.
-    """
-    margin = margin_of(seen, before)
-    fitting = [it for it in outcomes if distance(seen.value, it.steps, turn_steps) <= margin]
-    values = dict.fromkeys(f"{it.steps:g}" for it in outcomes)
-    verdict.holds(
-        quantity,
-        expected=f"{' or '.join(values)} ± {margin}",
-        actual=str(seen.value),
-        ok=bool(fitting),
-    )
-    if fitting and len({it.steps for it in outcomes}) > 1:
-        for other in fitting[0].others:
-            if other is not None:
-                verdict.follows(other.ambiguity, other.reading)
-
-
-def margin_of(seen: Seen, before: Seen | None = None) -> int:
-    """Return how exact a comparison of two values can be, in steps."""
-    return STEPS + seen.spread + (before.spread if before is not None else 0)
-
-
-def distance(value: float, wanted: float, turn_steps: float) -> float:
-    """Return how far two values are apart, whole turns left out of account."""
-    apart = abs(value - wanted)
-    return min(apart % turn_steps, -apart % turn_steps) if turn_steps else apart
-
-
-def within_a_turn(slope: MeasuredSlope, value_deg: float, near_deg: float) -> float:
-    """Return an angle without the whole turns that a slope may show more or less."""
-    if not slope.turn:
-        return value_deg
-    return math.remainder(value_deg - near_deg, TURN_DEG) + near_deg
-
-
-def judge_angle(
-    verdict: Verdict,
-    what: str,
-    slope: MeasuredSlope,
-    shown_deg: float,
-    tilt_deg: float,
-    step_deg: float,
-    doubt_deg: float,
-) -> None:
-    """Judge that a slope shows the angle of a tilt, or one a whole turn from it where it may."""
-    verdict.within(
-        what,
-        [within_a_turn(slope, shown_deg, tilt_deg)],
-        tilt_deg,
-        tilt_tolerance_deg(step_deg),
-        unit="deg",
-        doubt=doubt_deg,
-    )
-
-
-def told_apart(margins: Sequence[float], doubt: float) -> bool:
-    """Tell whether a bench that may be off by so much knows if a value is inside any of its limits.
-
-    Args:
-        margins: How far it is inside each, negative where it is not.
-        doubt: By how much the bench may have put it off.
-    """
-    return not doubt or abs(max(margins)) > doubt
-
-
-def turn_steps(slope: MeasuredSlope, step_deg: float) -> float:
-    """Return the steps of a turn where a slope may show one more or less, else 0."""
-    return TURN_DEG / step_deg if slope.turn else 0.0
-
-
-def confirmed(verdict: Verdict, what: str, transfer: Transfer) -> None:
-    """Judge that a download was confirmed."""
-    verdict.holds(what, expected="confirmed", actual=str(transfer), ok=transfer.confirmed)
-
-
-def seen_with(
-    node: Node,
-    port: SlopePort,
-    setting: Entry | None,
-    in_force: InForce,
-    verdict: Verdict,
-    is_as_before: Callable[[Seen], bool],
-) -> Seen:
-    """Return what a slope shows with a new setting, stored first where it may have to be.
-
-    Args:
-        node: The node under test.
-        port: The slope.
-        setting: What was written.
-        in_force: What stores it.
-        verdict: To note the reading that the node follows.
-        is_as_before: Tells whether what the slope shows says that the setting does not act.
-    """
-
-    def goes_on() -> bool:
-        return is_as_before(port.seen())
-
-    written = [] if setting is None else [setting]
-    put_in_force(in_force, verdict, written, goes_on, Settling(node).wait)
-    return port.seen()

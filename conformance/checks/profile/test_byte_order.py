@@ -11,7 +11,7 @@ from conformance.bench.stimulus import Stimulus
 from conformance.bench.tpdo import TpdoPort
 from conformance.checks import cases
 from conformance.checks.pdo.tpdos import Pace, listen, paced, port_of, tpdos
-from conformance.checks.profile.slopes import distance, margin_of
+from conformance.checks.profile.shown import distance, margin_of
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, requirement
 from conformance.spec.model import DeviceSpec, Entry

@@ -18,20 +18,21 @@ from conformance.checks.limits import (
     supply_tolerance_v,
     tilt_tolerance_deg,
 )
+from conformance.checks.profile.shown import (
+    distance,
+    judge_angle,
+    margin_of,
+    told_apart,
+    turn_steps,
+)
+from conformance.checks.profile.slope_ports import port_of, upright_port_of
 from conformance.checks.profile.slopes import (
     MeasuredSlope,
     Other,
-    distance,
     error_limits,
-    judge_angle,
-    margin_of,
     measured_slopes,
-    port_of,
     range_readings,
     slopes,
-    told_apart,
-    turn_steps,
-    upright_port_of,
 )
 from conformance.checks.steps import own_value
 from conformance.errors import SetupRefused

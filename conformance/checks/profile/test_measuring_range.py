@@ -8,14 +8,9 @@ from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
 from conformance.bench.stimulus import Stimulus
 from conformance.checks.limits import STEPS
-from conformance.checks.profile.slopes import (
-    TURN_DEG,
-    MeasuredSlope,
-    error_limits,
-    judge_angle,
-    slopes,
-    upright_port_of,
-)
+from conformance.checks.profile.shown import judge_angle
+from conformance.checks.profile.slope_ports import upright_port_of
+from conformance.checks.profile.slopes import TURN_DEG, MeasuredSlope, error_limits, slopes
 from conformance.errors import SetupRefused
 from conformance.requirements import requirement
 from conformance.spec.behaviours import Slope

@@ -11,19 +11,14 @@ from conformance.bench.node import Node
 from conformance.bench.slope import Seen
 from conformance.bench.stimulus import Stimulus
 from conformance.checks import cases
+from conformance.checks.profile.shown import confirmed, is_same, margin_of, within_a_turn
+from conformance.checks.profile.slope_ports import operating_parameter, plain_port_of, seen_with
 from conformance.checks.profile.slopes import (
     MeasuredSlope,
-    confirmed,
     having,
-    is_same,
-    margin_of,
     measured_slopes,
-    operating_parameter,
-    plain_port_of,
     possible,
-    seen_with,
     targets,
-    within_a_turn,
 )
 from conformance.checks.waiting import at_need, require_writable_now
 from conformance.requirements import Case, requirement

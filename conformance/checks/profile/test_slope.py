@@ -7,23 +7,23 @@ from functools import partial
 from conformance.bench.in_force import InForce
 from conformance.bench.node import Node
 from conformance.bench.stimulus import Stimulus
-from conformance.checks.profile.slopes import (
-    MeasuredSlope,
+from conformance.checks.profile.shown import (
     Outcome,
     confirmed,
-    having,
-    idle_offsets,
     is_same,
     judge,
     margin_of,
+    turn_steps,
+)
+from conformance.checks.profile.slope_ports import operating_parameter, plain_port_of, seen_with
+from conformance.checks.profile.slopes import (
+    MeasuredSlope,
+    having,
+    idle_offsets,
     offset_writable,
-    operating_parameter,
-    plain_port_of,
     possible,
-    seen_with,
     slopes,
     targets,
-    turn_steps,
 )
 from conformance.errors import SetupRefused
 from conformance.requirements import requirement
