@@ -10,23 +10,15 @@ from conformance.bench.node import Node
 from conformance.bench.settling import Settling
 from conformance.bench.slope import Seen, SlopePort
 from conformance.checks.profile.shown import is_same
-from conformance.checks.profile.slopes import MeasuredSlope
+from conformance.checks.profile.slopes import MeasuredSlope, operating_parameter
 from conformance.checks.waiting import put_in_force
-from conformance.spec.behaviours import Slope
-from conformance.spec.fields import key_of
-from conformance.spec.model import DeviceSpec, Entry
+from conformance.spec.model import Entry
 from conformance.verdict import Verdict
 
 
 def port_of(node: Node, slope: MeasuredSlope) -> SlopePort:
     """Return a slope of the node."""
     return SlopePort(node, slope.entry, slope.rule)
-
-
-def operating_parameter(spec: DeviceSpec, rule: Slope | None) -> Entry | None:
-    """Return the entry that inverts and scales a slope, None without one."""
-    named = None if rule is None else rule.operating_parameter
-    return None if named is None else spec.entry(*key_of(named))
 
 
 def upright_port_of(

@@ -8,7 +8,6 @@ from typing import Any
 
 from conformance.bench.slope import degrees
 from conformance.checks import cases
-from conformance.checks.profile.slope_ports import operating_parameter
 from conformance.checks.waiting import at_need
 from conformance.requirements import Case, Cases
 from conformance.spec.behaviours import Slope
@@ -225,3 +224,9 @@ def targets(slope: MeasuredSlope, step_deg: float) -> list[int]:
     most = slope.entry.type.maximum // 2
     wanted = [round(slope.at(share) / step_deg) for share in shares]
     return sorted({min(max(value, -most), most) for value in wanted})
+
+
+def operating_parameter(spec: DeviceSpec, rule: Slope | None) -> Entry | None:
+    """Return the entry that inverts and scales a slope, None without one."""
+    named = None if rule is None else rule.operating_parameter
+    return None if named is None else spec.entry(*key_of(named))

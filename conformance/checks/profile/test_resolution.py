@@ -12,11 +12,12 @@ from conformance.bench.slope import Seen
 from conformance.bench.stimulus import Stimulus
 from conformance.checks import cases
 from conformance.checks.profile.shown import confirmed, is_same, margin_of, within_a_turn
-from conformance.checks.profile.slope_ports import operating_parameter, plain_port_of, seen_with
+from conformance.checks.profile.slope_ports import plain_port_of, seen_with
 from conformance.checks.profile.slopes import (
     MeasuredSlope,
     having,
     measured_slopes,
+    operating_parameter,
     possible,
     targets,
 )

@@ -15,12 +15,13 @@ from conformance.checks.profile.shown import (
     margin_of,
     turn_steps,
 )
-from conformance.checks.profile.slope_ports import operating_parameter, plain_port_of, seen_with
+from conformance.checks.profile.slope_ports import plain_port_of, seen_with
 from conformance.checks.profile.slopes import (
     MeasuredSlope,
     having,
     idle_offsets,
     offset_writable,
+    operating_parameter,
     possible,
     slopes,
     targets,

@@ -17,8 +17,9 @@ from conformance.checks.steps import ENTER
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, Cases, requirement
 from conformance.spec.document import Services
+from conformance.spec.error_services import BusError
 from conformance.spec.model import DeviceSpec
-from conformance.spec.services import BusError, LightCondition
+from conformance.spec.services import LightCondition
 from conformance.verdict import Verdict
 from conformance.wire.nmt import NmtCommand, NmtState
 
