@@ -7,7 +7,7 @@ import socket
 from typing import Any, Final
 
 from conformance.errors import BenchError
-from conformance.spec.services import BusError
+from conformance.spec.error_services import BusError
 
 ANSWER_S: Final = 5.0
 """Longest wait for the other process."""

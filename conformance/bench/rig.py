@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol, runtime_checkable
 
-from conformance.spec.services import BusError
+from conformance.spec.error_services import BusError
 
 
 class Surroundings(Protocol):

@@ -10,7 +10,7 @@ from conformance.bench.rig import Surroundings
 from conformance.bench.settling import Settling
 from conformance.bench.tilting import Tilting
 from conformance.errors import SetupRefused
-from conformance.spec.services import BusError
+from conformance.spec.error_services import BusError
 
 SETTLE_S = 0.1
 """From a change to the first value that is judged, beside the device's own filter."""

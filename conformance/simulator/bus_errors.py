@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from conformance.simulator.emcy import EmcyProducer
 from conformance.simulator.node import Node
+from conformance.spec.error_services import BusError
+from conformance.spec.error_services import BusErrors as BusErrorsSpec
 from conformance.spec.fields import key_of
-from conformance.spec.services import BusError
-from conformance.spec.services import BusErrors as BusErrorsSpec
 
 
 class BusErrors:

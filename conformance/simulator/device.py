@@ -20,10 +20,10 @@ from conformance.simulator.live import World
 from conformance.simulator.memory import NonVolatileMemory
 from conformance.simulator.node import Node
 from conformance.spec.bit_rates import documented_rates
+from conformance.spec.error_services import BusError
 from conformance.spec.load import SpecFile
 from conformance.spec.model import Key, address
 from conformance.spec.resolve import chosen_readings
-from conformance.spec.services import BusError
 from conformance.wire import cob_id
 from conformance.wire.datatypes import Value
 from conformance.wire.frame import Frame

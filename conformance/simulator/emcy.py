@@ -15,7 +15,7 @@ from conformance.simulator.node import Node
 from conformance.spec.document import Follows
 from conformance.spec.fields import of_variant
 from conformance.spec.model import DeviceSpec
-from conformance.spec.services import TiltAxis
+from conformance.spec.service import TiltAxis
 from conformance.wire import emcy
 from conformance.wire.frame import Frame
 from conformance.wire.nmt import NmtState

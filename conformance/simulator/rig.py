@@ -10,7 +10,7 @@ from typing import Any
 from conformance.simulator.device import SimulatedDevice
 from conformance.simulator.fault_files import load_faults
 from conformance.simulator.segment import Segment
-from conformance.spec.services import BusError
+from conformance.spec.error_services import BusError
 
 
 class SimulatorRig(ABC):

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Discriminator, Field, Tag
 
 from conformance.spec.behaviours import Behaviour
+from conformance.spec.error_services import BusErrors, EmcyProducer
 from conformance.spec.fields import (
     Address,
     AmbiguityId,
@@ -26,9 +27,7 @@ from conformance.spec.fields import (
     TypeName,
 )
 from conformance.spec.services import (
-    BusErrors,
     Changeable,
-    EmcyProducer,
     HeartbeatProducer,
     Leds,
     Lss,
