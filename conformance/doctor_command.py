@@ -13,7 +13,7 @@ import typer
 
 from conformance import resources
 from conformance.bench.definition import BenchDefinition, load_bench
-from conformance.bench.overriding import SIMULATOR, overridden
+from conformance.bench.overriding import overridden
 from conformance.checks.loading import load_checks
 from conformance.doctor import Examination, Findings
 from conformance.effects import LACKING, Effect
@@ -53,7 +53,7 @@ def doctor(
     logging.getLogger("can").setLevel(logging.CRITICAL)
     path = resources.find("fixtures/benches", bench, "--bench")
     definition = overridden(load_bench(path), channel, bitrate)
-    if definition.interface == SIMULATOR and not device:
+    if definition.simulated and not device:
         raise SpecError("--device: expected the one to simulate, got none; or give --bench")
     rate, options, skipped = definition.bitrate or USUAL_BITRATE, {}, Counter[str]()
     if device:

@@ -18,7 +18,6 @@ from conformance.simulator.fault_files import load_faults
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
 
-SIMULATOR = "canopen_simulator"
 _ITEM_ID = re.compile(r"\S+/[A-Z]+-\d+(/\S+)?")
 
 
@@ -96,8 +95,7 @@ def simulation(
     Raises:
         SpecError: A fault, reading or spec of the simulated device is wrong, or there is none.
     """
-    simulated = definition.interface == SIMULATOR
-    if not simulated:
+    if not definition.simulated:
         given = {
             "--simulate-spec": options.simulate_spec,
             "--fault": options.faults,

@@ -105,6 +105,11 @@ class BenchDefinition(BaseModel):
         return 0.0 if self.stimulus.get("tilt", "simulator") == "simulator" else self.tolerance_deg
 
     @property
+    def simulated(self) -> bool:
+        """The bus is simulated in this process."""
+        return self.interface == _SIMULATOR
+
+    @property
     def sets_bitrate(self) -> bool:
         """The bit rate is that of our adapter, not of an interface that others set up."""
         return self.interface not in _SET_UP_BY_OTHERS
@@ -116,7 +121,7 @@ class BenchDefinition(BaseModel):
     @property
     def most_writes(self) -> int | None:
         """After how many writes of the non-volatile memory no check begins that writes it."""
-        if self.non_volatile_writes is None and self.interface != _SIMULATOR:
+        if self.non_volatile_writes is None and not self.simulated:
             return MOST_WRITES
         return self.non_volatile_writes
 

@@ -7,8 +7,6 @@ from typing import Any, Final
 from conformance.bench.definition import BenchDefinition
 from conformance.errors import SpecError
 
-SIMULATOR: Final = "canopen_simulator"
-
 BIT_RATES: Final = range(5_000, 1_000_001)
 """What CAN controllers of the classical frame format carry, in bit/s."""
 
@@ -28,7 +26,7 @@ def overridden(
     """
     changes: dict[str, Any] = {}
     if channel is not None:
-        if definition.interface == SIMULATOR:
+        if definition.simulated:
             raise SpecError(f"--channel: expected a bench with an adapter, got {definition.what!r}")
         is_number = isinstance(channel, str) and channel.isascii() and channel.isdecimal()
         changes["channel"] = int(channel) if is_number else channel

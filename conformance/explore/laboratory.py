@@ -15,7 +15,7 @@ from conformance.errors import BenchError, NodeTimeout, SetupRefused
 from conformance.explore.pair import Difference, Pair
 from conformance.explore.side import Side
 from conformance.explore.steps import Step
-from conformance.options import SIMULATOR, RunOptions, simulation
+from conformance.options import RunOptions, simulation
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
 
@@ -50,7 +50,7 @@ class Laboratory:
     @property
     def _renews(self) -> bool:
         """Every sequence has a device as it left the factory."""
-        return self.definition.interface == SIMULATOR and self.definition.switches_supply
+        return self.definition.simulated and self.definition.switches_supply
 
     @contextmanager
     def pair(self, readings: Mapping[str, int], trace: Path | None = None) -> Iterator[Pair]:
