@@ -119,6 +119,10 @@ def run(
     scan: Annotated[
         bool, typer.Option("--scan", help="Then look for objects that the manual does not name.")
     ] = False,
+    acceptance: Annotated[
+        bool,
+        typer.Option("--acceptance", help="All of it, as the spec has it: no option changes that."),
+    ] = False,
 ) -> None:
     """Judge a device; exit 0 conforms, 1 deviates, 2 inconclusive or bench failed, 3 usage."""
     options = RunOptions(
@@ -140,6 +144,7 @@ def run(
         scan=scan,
         dry_run=dry_run,
         repro=repro,
+        acceptance=acceptance,
     )
     raise _Judged(runner.run(Run(options)))
 

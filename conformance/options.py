@@ -43,6 +43,26 @@ class RunOptions:
     scan: bool = False
     dry_run: bool = False
     repro: str = ""
+    acceptance: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.acceptance:
+            return
+        left_to_the_spec = {
+            "--select": self.select,
+            "--repro": self.repro,
+            "--fault": self.faults,
+            "--reading": self.readings,
+            "--simulate-spec": self.simulate_spec,
+            "--seed": self.seed,
+            "--strict": self.strict,
+        }
+        given = [name for name, value in left_to_the_spec.items() if value]
+        if given:
+            raise SpecError(
+                "--acceptance: expected everything to be judged as the spec has it, "
+                f"got {' and '.join(given)} as well"
+            )
 
     def arguments(self, variant: str) -> list[str]:
         """Return what to give the command `run` so that it does the same again.

@@ -36,6 +36,7 @@ def provenance(
         "simulated_readings": list(options.readings),
         "strict": options.strict,
         "select": options.select or options.repro,
+        "acceptance": options.acceptance,
         "not_judged": sorted(set(_documented_services(spec)) - JUDGED_SERVICES),
         "python": platform.python_version(),
         "python_can": version("python-can"),

@@ -151,6 +151,8 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     word, style = HEADLINES[results.verdict]
     terminal.say(f"{word}: {_counts(results)}", style=style)
     terminal.say(_times(results))
+    if run.get("acceptance") is not True:
+        terminal.say("partial: the record of no acceptance run (see run --acceptance)")
     _response_times(results, terminal)
     _wear(results, terminal)
     _timestamps(results, terminal)
