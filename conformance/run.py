@@ -184,7 +184,8 @@ class Run:
         name = (self.spec.name, self.spec.variant, _file_name(self.options.serial))
         folder = make_folder(self.options.report_dir, *name)
         try:
-            (folder / "junit.xml").unlink(missing_ok=True)
+            for stale in ("junit.xml", "report.html"):
+                (folder / stale).unlink(missing_ok=True)
         except OSError as error:
             raise BenchError(f"cannot make {folder}: {error.strerror}") from error
         return folder
@@ -247,6 +248,15 @@ class Run:
             self.results.replace_last(
                 replace(last, verdict="inconclusive", reason=reason, repro="", deviations=())
             )
+
+    def take_back_failed(self) -> Item | None:
+        """Take the last item off the record again if it failed, with all that it goes by; return it."""
+        if self._bench is None or not self.results.items or self.results.aborted:
+            return None
+        if self.results.items[-1].verdict != "fail":
+            return None
+        self._bench.observations.forget()
+        return self.results.take_last()
 
     def end_item(self) -> None:
         """Mark where the item ends that was recorded last."""

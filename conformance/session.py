@@ -17,6 +17,7 @@ from conformance.report.plan import Planned
 from conformance.report.results import Item
 from conformance.requirements import Case, Requirement
 from conformance.run import Run
+from conformance.second_tries import SecondTries
 from conformance.verdict import EmptyCheckError, Nonconformity, Unresolved, Verdict, VerdictWord
 
 CHECK_TIMEOUT_S = 120
@@ -38,6 +39,8 @@ def attach(config: pytest.Config) -> None:
     if config.pluginmanager.hasplugin("timeout") and not config.option.timeout:
         person = run.definition.waits_for_a_person
         config.option.timeout = PERSON_TIMEOUT_S if person else CHECK_TIMEOUT_S
+    if not run.definition.tells_of_errors:
+        config.pluginmanager.register(SecondTries(run), "conformance-second-tries")
     config.pluginmanager.register(ConformanceSession(config, run), "conformance-session")
 
 

@@ -27,6 +27,9 @@ _WITHOUT_REMOTE_FRAMES = ("socketcand",)
 
 _SIMULATOR = "canopen_simulator"
 
+_TELLING = (_SIMULATOR, "socketcan", "pcan", "kvaser", "vector", "ixxat")
+"""Interfaces of python-can that tell of errors on the bus."""
+
 MOST_WRITES = 500
 """More than a whole run of any device in this package takes, and little beside what its memory endures."""
 
@@ -108,6 +111,11 @@ class BenchDefinition(BaseModel):
     def simulated(self) -> bool:
         """The bus is simulated in this process."""
         return self.interface == _SIMULATOR
+
+    @property
+    def tells_of_errors(self) -> bool:
+        """The adapter tells of errors on the bus, such as a frame that nobody acknowledges."""
+        return self.interface in _TELLING
 
     @property
     def sets_bitrate(self) -> bool:

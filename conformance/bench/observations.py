@@ -38,6 +38,10 @@ class Observations:
         self._link = link
         self._seen: dict[str, Seen[object] | ConformanceError] = {}
 
+    def forget(self) -> None:
+        """Observe everything anew from now on."""
+        self._seen.clear()
+
     def once(self, name: str, kind: type[T], observe: Callable[[], T]) -> Seen[T]:
         """Return what was observed under a name, observed now if it was not before.
 

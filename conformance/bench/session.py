@@ -23,7 +23,6 @@ from conformance.bench.remote_rig import RemoteRig
 from conformance.bench.sdo import MOST_IN_VAIN
 from conformance.bench.tilting import tilting_of
 from conformance.bench.trace import Trace
-from conformance.bench.trouble import TELLING
 from conformance.errors import BenchError, ConformanceError, NodeTimeout
 from conformance.spec.model import DeviceSpec
 from conformance.wire.errors import WireError
@@ -153,7 +152,7 @@ class Bench:
         if doubtful and not node.answers():
             self.lost_node = self.link.simulated is None
             node.recover()
-            self.lost_node = self.definition.interface not in TELLING
+            self.lost_node = not self.definition.tells_of_errors
         self.channel.settle()
         if self.channel.in_vain >= MOST_IN_VAIN:
             raise NodeTimeout(f"node {node.node_id} does not end its uploads")

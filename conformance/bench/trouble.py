@@ -11,9 +11,6 @@ import can
 
 from conformance.errors import BenchError
 
-TELLING: Final = frozenset({"canopen_simulator", "socketcan", "pcan", "kvaser", "vector", "ixxat"})
-"""Interfaces of python-can that tell of errors on the bus, such as a frame that nobody acknowledges."""
-
 # Classes of error frames (linux/can/error.h); what other drivers tell has none of them.
 _CONTROLLER: Final = 0x004
 _NO_ACKNOWLEDGE: Final = 0x020

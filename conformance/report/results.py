@@ -111,6 +111,11 @@ class Results:
         self.items[-1] = item
         del self._texts[len(self.items) - 1 :]
 
+    def take_last(self) -> Item:
+        """Take the last item off and return it."""
+        del self._texts[len(self.items) - 1 :]
+        return self.items.pop()
+
     def counts(self) -> dict[str, int]:
         """Return how many items have each verdict."""
         counted = Counter(item.verdict for item in self.items)
