@@ -99,7 +99,7 @@ def _numbers(text: str, node_id: int | None, count: int) -> list[int | None]:
     if not text:
         return [node_id] * count
     if node_id is not None or count > 1:
-        raise SpecError("--nodes: expected neither --node-id nor --count beside it")
+        raise SpecError("--nodes: expected no --node-id and no --count beside it")
     return list(node_ids("--nodes", text))
 
 

@@ -59,7 +59,7 @@ def test_it_may_follow_a_reading_that_is_open_and_not_one_that_is_not(
 
     finished = judge(*readings, "--select", "HB or OD", device=SPEC)
 
-    assert finished.items("fail") == ["HB-15/1017h/1ms", "HB-15/1017h/99ms", "OD-13/1017h"]
+    assert finished.items("fail") == ["OD-13/1017h", "HB-15/1017h/1ms", "HB-15/1017h/99ms"]
     (item,) = (it for it in finished.record["items"] if it["id"].endswith("OD-09/6502h"))
     assert item["readings"] == {"ROTA-01": 2}
 

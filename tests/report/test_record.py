@@ -255,7 +255,7 @@ def test_a_killed_run_leaves_what_it_found(number: signal.Signals, tmp_path: Pat
 def test_an_interrupted_check_is_undone(tmp_path: Path) -> None:
     folder = tmp_path / "record"
 
-    _interrupted(folder, signal.SIGINT, "--select", "TPDO-02/1800h/100ms or BOOT-01/reset-node")
+    _interrupted(folder, signal.SIGINT, "--select", "TPDO-02/1800h/100ms or RST-01/1017h")
 
     with can.CanutilsLogReader(folder / "trace.log") as reader:
         sent = [message for message in reader if not message.is_rx]
