@@ -21,6 +21,7 @@ from conformance.options import RunOptions
 from conformance.recover_command import recover
 from conformance.report import catalogue_page
 from conformance.report.console import console
+from conformance.report_command import report
 from conformance.run import Run
 from conformance.simulate_command import simulate
 from conformance.spec.load import load_spec
@@ -64,6 +65,7 @@ app.command()(mutants)
 app.command()(explore)
 app.command()(simulate)
 app.command()(recover)
+app.command()(report)
 app.command()(benches)
 app.command()(doctor)
 app.command()(commission)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Iterable
 from importlib.metadata import version
 from typing import Any
 
@@ -12,7 +13,8 @@ from conformance.errors import SpecError, first_line
 from conformance.options import RunOptions
 from conformance.report.eds_word import EdsWord
 from conformance.spec.load import SpecFile
-from conformance.spec.model import DeviceSpec
+from conformance.spec.model import DeviceSpec, address
+from conformance.spec.readings import parse_path
 from conformance.spec.statements import load_statements
 
 
@@ -73,6 +75,7 @@ def manual(file: SpecFile, variant: str) -> dict[str, Any]:
             "id": it.id,
             "source": it.source,
             "says": it.says,
+            "objects": _objects(it.encoded),
             "verified_by": it.verified_by or [],
             "needs": it.needs or "",
             "because": it.because or "",
@@ -96,6 +99,13 @@ def manual(file: SpecFile, variant: str) -> dict[str, Any]:
         "statements_missing": "" if listed else missing,
         "ambiguities": ambiguities,
     }
+
+
+def _objects(paths: Iterable[str]) -> list[str]:
+    """Return the objects that some paths in a spec lead to."""
+    named = (parse_path(path) for path in paths)
+    indices = {it[1] for it in named if it[0] == "objects" and len(it) > 1}
+    return sorted(address(index) for index in indices if isinstance(index, int))
 
 
 def _documented_services(spec: DeviceSpec) -> list[str]:

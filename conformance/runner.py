@@ -12,9 +12,11 @@ from pathlib import Path
 import pytest
 
 from conformance.bench.interrupts import interruptible
-from conformance.errors import BenchError, SpecError
+from conformance.errors import BenchError, ConformanceError, SpecError
 from conformance.report.console import console
 from conformance.report.plan import print_plan
+from conformance.report.record import read_record
+from conformance.report.report_page import write_page
 from conformance.report.repro import script
 from conformance.report.summary import Progress, print_summary
 from conformance.run import Run
@@ -76,12 +78,22 @@ def run(run: Run) -> int:
                 f"--select: expected a part of an item's id, got {run.options.select!r}"
             )
         raise RuntimeError("\n".join(errors) or "the checks did not start")
+    _write_page(run)
     print_summary(run.results, str(run.directory), console)
     if run.options.repro and run.directory is not None:
         for item in run.results.items:
             console.say()
             console.say(script(run.directory, item.id))
     return run.results.exit_code
+
+
+def _write_page(run: Run) -> None:
+    """Write the report of a run beside its record, from that alone."""
+    assert run.directory is not None  # it was opened
+    try:
+        write_page(read_record(run.directory))
+    except ConformanceError as error:
+        run.abort(str(error))
 
 
 def _list(run: Run) -> int:

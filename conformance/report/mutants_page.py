@@ -6,34 +6,16 @@ from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
 
-from conformance.resources import data
+from conformance.report.pages import render
 
 
 def to_html(matrix: Mapping[str, Any]) -> str:
     """Return the page of a matrix, as it stands in ``mutants.json``."""
-    from jinja2 import (  # noqa: PLC0415 - it takes long to load, and no other command needs it
-        Environment,
-        FileSystemLoader,
-        StrictUndefined,
-    )
-
-    environment = Environment(
-        loader=FileSystemLoader(data("reports/templates")),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     services = sorted({_service(name) for name in matrix["requirements"]})
     areas: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
     for defect in matrix["defects"]:
         areas[defect["area"]].append(defect)
-    return environment.get_template("mutants.html").render(
-        matrix=matrix,
-        services=services,
-        areas=areas,
-        seen=_seen,
-    )
+    return render("mutants.html.j2", matrix=matrix, services=services, areas=areas, seen=_seen)
 
 
 def _seen(defect: Mapping[str, Any]) -> dict[str, int]:

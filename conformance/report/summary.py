@@ -156,7 +156,7 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     _response_times(results, terminal)
     _wear(results, terminal)
     _timestamps(results, terminal)
-    terminal.say(f"record: {directory} (results.json, junit.xml, trace.log)")
+    terminal.say(f"record: {directory} (report.html, results.json, junit.xml, trace.log)")
 
 
 def _as_found(results: Results, terminal: Terminal) -> None:
