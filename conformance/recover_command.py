@@ -13,12 +13,23 @@ from conformance.bench.definition import load_bench
 from conformance.bench.journal import NAME, Journal, load_journal
 from conformance.bench.seeking import bring_home
 from conformance.bench.session import Bench
-from conformance.errors import BenchError, ConformanceError, NodeTimeout, SpecError
+from conformance.errors import (
+    BenchError,
+    ConformanceError,
+    NodeTimeout,
+    SetupRefused,
+    SpecError,
+)
 from conformance.report.console import console
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec, address
 
 TRACE = "recover.log"
+TRIES = 3
+"""One answer that does not come on a busy computer is no reason to leave a node as it is."""
+
+Left = list[tuple[str, str, str]]
+"""Objects that do not hold what they held: address, before, now."""
 
 
 def recover(
@@ -46,7 +57,7 @@ def recover(
     _require_known(spec, kept)
     opened = Bench.open(definition, spec, {}, folder / TRACE)
     try:
-        left = _give_back(opened, kept)
+        left = _recovered(opened, kept)
     except BenchError:
         raise
     except ConformanceError as error:
@@ -70,22 +81,41 @@ def _require_known(spec: DeviceSpec, kept: Journal) -> None:
             )
 
 
-def _give_back(bench: Bench, kept: Journal) -> list[tuple[str, str, str]]:
+def _recovered(bench: Bench, kept: Journal) -> Left:
+    """Give back what the node held, from finding it on again where that ends half-way.
+
+    Returns:
+        What it does not take.
+
+    Raises:
+        NodeTimeout: It does not answer any more, or is found nowhere, in the last try as well.
+        SetupRefused: It refuses a step in the last try as well.
+    """
+    for nth in range(2, TRIES + 1):
+        try:
+            return _give_back(bench, kept)
+        except (NodeTimeout, SetupRefused) as error:
+            console.say(f"{error}; beginning anew, try {nth} of {TRIES}")
+    try:
+        return _give_back(bench, kept)
+    except SetupRefused:
+        left = _left(AsFound(bench, kept.found, restarts=kept.found.stored is not None))
+        if not left:
+            raise
+        return left
+
+
+def _give_back(bench: Bench, kept: Journal) -> Left:
     """Bring the node home and give back what it held; return what it does not take."""
     restarts = kept.found.stored is not None
     bring_home(bench, kept.found.held, restarts=restarts)
     found = AsFound(bench, kept.found, restarts=restarts)
-    refused = ""
-    try:
-        found.put_back()
-    except NodeTimeout:
-        raise
-    except ConformanceError as error:
-        refused = str(error)
-    left = [(it.object, it.before, it.after) for it in found.give_back()]
-    if refused and not left:
-        raise BenchError(refused)
-    return left
+    found.put_back()
+    return _left(found)
+
+
+def _left(found: AsFound) -> Left:
+    return [(it.object, it.before, it.after) for it in found.give_back()]
 
 
 def _say_by_hand(spec: DeviceSpec, kept: Journal) -> None:

@@ -10,6 +10,7 @@ from conformance.bench.interrupts import uninterrupted
 from conformance.bench.journal import Found, Held
 from conformance.bench.node import Node
 from conformance.bench.offsets import bring_back, read_offsets
+from conformance.bench.sdo import Transfer
 from conformance.bench.session import Bench
 from conformance.bench.settings import Settings, is_setting
 from conformance.errors import NodeTimeout, SetupRefused
@@ -164,7 +165,7 @@ class AsFound:
         number = self._bench.spec.entry(self._history)
         if number is None or not number.writable:
             return None
-        data = node.sdo.upload(*number.key).data
+        data = _upload(node, number).data
         return data[0] if data else None
 
     def _offsets(self, node: Node) -> dict[Key, int]:
@@ -197,10 +198,7 @@ class AsFound:
         held: dict[Key, bytes | str] = {}
         for entry in self._bench.spec.entries.values():
             if _is_setting(entry):
-                transfer = node.sdo.upload(*entry.key)
-                if not transfer.answered:
-                    node.channel.unanswered += 1
-                    raise NodeTimeout(f"node {node.node_id}: upload of {entry.address}: {transfer}")
+                transfer = _upload(node, entry)
                 held[entry.key] = str(transfer) if transfer.data is None else transfer.data
         return held
 
@@ -209,6 +207,14 @@ class AsFound:
             if after[key] != data:
                 address = self._bench.spec.entries[key].address
                 yield Difference(address, _shown(data), _shown(after[key]))
+
+
+def _upload(node: Node, entry: Entry) -> Transfer:
+    transfer = node.sdo.upload(*entry.key)
+    if not transfer.answered:
+        node.channel.unanswered += 1
+        raise NodeTimeout(f"node {node.node_id}: upload of {entry.address}: {transfer}")
+    return transfer
 
 
 def _is_setting(entry: Entry) -> bool:

@@ -125,17 +125,6 @@ def test_what_the_node_does_not_take_is_told(folder: Path) -> None:
     assert "2C 01" in done.stdout
 
 
-def test_a_node_that_is_nowhere_leaves_a_list_to_set_by_hand(folder: Path) -> None:
-    journal(folder, {TIMER: b"\x2c\x01", (0x1000, 0): b"\0\0\0\0"})
-    with simulated(folder, "--fault", "silent"):
-        done = recover(folder)
-    assert done.returncode == 2
-    assert "the node is found nowhere; what it had stored is to be set by hand" in done.stderr
-    assert "1800h:05" in done.stdout
-    assert "2C 01" in done.stdout
-    assert "1000h" not in done.stdout
-
-
 def test_a_bench_that_is_gone_is_told(folder: Path) -> None:
     journal(folder, {})
     done = recover(folder)
