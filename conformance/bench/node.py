@@ -242,7 +242,7 @@ class Node:
         supply = self._require_supply()
         self._settle()
         mark = self.link.mark()
-        supply.off()
+        self._switch_off(supply)
         supply.on()
         self.was_reset = True
         return mark
@@ -252,7 +252,7 @@ class Node:
         """Take the supply away for a while, then wait until the node answers."""
         supply = self._require_supply()
         self._settle()
-        supply.off()
+        self._switch_off(supply)
         try:
             yield
         finally:
@@ -261,6 +261,20 @@ class Node:
             self.was_reset = True
             self.await_boot_up(mark)
             self.hold_back()
+
+    def _switch_off(self, supply: Supply) -> None:
+        """Take the supply away, and make sure that it is gone.
+
+        Raises:
+            SetupRefused: The node answers all the same.
+        """
+        supply.off()
+        if not supply.certain and self.answers():
+            supply.on()
+            raise SetupRefused(
+                f"the supply was switched off, and node {self.node_id} still answers: look at what "
+                "switches it, and how long it stays off"
+            )
 
     def _require_supply(self) -> Supply:
         if self._supply is None:

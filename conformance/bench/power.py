@@ -38,9 +38,13 @@ class Supply:
         power: What switches it.
         link: The link to the bus, which is heard meanwhile.
         off_s: How long the supply stays off.
+        certain: What is switched off is off; else the node is asked.
     """
 
-    def __init__(self, power: Power, link: Link, off_s: float = 0.0) -> None:
+    def __init__(
+        self, power: Power, link: Link, off_s: float = 0.0, *, certain: bool = False
+    ) -> None:
+        self.certain = certain
         self._power = power
         self._link = link
         self._off_s = off_s
@@ -81,7 +85,7 @@ def supply_of(
         return Supply(_described(by, link), link, by.off_s)
     if by == "operator":
         return Supply(_ByOperator(operator), link)
-    return None if link.rig is None else Supply(_Simulated(link.rig), link)
+    return None if link.rig is None else Supply(_Simulated(link.rig), link, certain=True)
 
 
 def _described(by: PowerBy, link: Link) -> Power:

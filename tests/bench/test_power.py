@@ -336,3 +336,18 @@ def test_a_relay_that_fails_stops_the_run(judge: Callable[..., Any], tmp_path: P
     assert done.code == 2
     assert "The run ended early: power: cannot run 'no-such-relay 0'" in done.out
     assert not done.items("fail")
+
+
+def test_a_switch_that_switches_nothing_is_not_the_sensors(
+    judge: Callable[..., Any], tmp_path: Path
+) -> None:
+    path = tmp_path / "bench.yaml"
+    stuck = '{command: {off: "true", on: "true"}}'
+    path.write_text(f"{BENCH}power: {stuck}\n", encoding="utf-8")
+
+    done = judge("--bench", path, "--select", "BOOT-01")
+
+    assert done.code == 2
+    assert not done.items("fail")
+    reasons = {it["id"].rpartition("/")[2]: it["reason"] for it in done.record["items"]}
+    assert "node 50 still answers: look at what switches it" in reasons["power-on"]
