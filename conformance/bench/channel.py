@@ -10,6 +10,9 @@ from conformance.wire.frame import Frame
 LATE_S = 0.02
 """How long to wait for more responses of a node that sends what nobody asked for."""
 
+WARY = 100
+"""Before so many requests more such responses are waited for, after the last one."""
+
 
 class SdoChannel:
     """One node's default SDO server (CiA 301 v4.2.0, 7.2.4.2).
@@ -39,6 +42,7 @@ class SdoChannel:
         self._burst: tuple[bytes, ...] = ()
         self._in_block = False
         self.unsolicited = 0
+        self._wary = 0
         self.improper = 0
         self.unanswered = 0
         self.in_vain = 0
@@ -93,6 +97,7 @@ class SdoChannel:
             if received is None or not self._is_repetition(received.frame.data):
                 break
             self.unsolicited += 1
+            self._wary = WARY
         self._last_response = received.frame.data if received else None
         if received is not None:
             self.times.received(received.time_s)
@@ -118,11 +123,14 @@ class SdoChannel:
 
         Once there was one, more is waited for, so that it is not taken for the next answer.
         """
-        if self.unsolicited:
+        if self._wary:
+            self._wary -= 1
             self._link.listen(LATE_S, self.is_response)
         else:
             self._link.drain()
-        self.unsolicited += len(self._link.since(self._mark, self.is_response))
+        unasked = len(self._link.since(self._mark, self.is_response))
+        self.unsolicited += unasked
+        self._wary = WARY if unasked else self._wary
         self._mark = self._link.mark()
 
 
