@@ -6,11 +6,14 @@ import random
 import signal
 import subprocess
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from simulated_process import COMMAND, Process, simulating
+
+from conformance.bench.journal import NAME
 
 BENCH = """format: 1
 what: One device behind an slcan adapter, which may be changed in every way and is given back.
@@ -42,7 +45,7 @@ class Killed:
 
     Args:
         select: What was run.
-        seconds: How long it ran with the node, at least.
+        seconds: How long it had the node when it was killed.
         changed: It left the device changed.
         code: Exit code of `recover`.
         said: What it said.
@@ -78,19 +81,9 @@ def kill_one(device: str, seed: int, folder: Path) -> Killed:
     with simulating(device, "--slcan-pty", str(link)) as process:
         time.sleep(0.5)
         before = _holds(process)
-        record = folder / f"run-{seed}"
-        run = subprocess.Popen(
-            [*COMMAND, "run", device, "--bench", bench, "--select", select, "--report-dir", record],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
+        record, seconds = _run_and_kill(
+            draw, folder, ["run", device, "--bench", str(bench), "--select", select]
         )
-        _wait_for(record / "journal.json", run)
-        seconds = draw.uniform(0, LONGEST_RUN_S)
-        try:
-            run.wait(seconds)
-        except subprocess.TimeoutExpired:
-            run.send_signal(signal.SIGKILL)
-            run.wait()
         changed = _holds(process) != before
         done = subprocess.run(
             [*COMMAND, "recover", record],
@@ -108,6 +101,36 @@ def kill_one(device: str, seed: int, folder: Path) -> Killed:
             before=before,
             after=_holds(process),
         )
+
+
+def _run_and_kill(
+    draw: random.Random, folder: Path, arguments: Sequence[str]
+) -> tuple[Path, float]:
+    """Run until a run could be killed; return its record, and how long it had the node.
+
+    One that ends before it was to be killed is no kill: the next is given less time than it took.
+    """
+    longest_s = LONGEST_RUN_S
+    nth = 0
+    while True:
+        nth += 1
+        record = folder / f"run-{nth}"
+        run = subprocess.Popen(
+            [*COMMAND, *arguments, "--report-dir", record],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        _wait_for(record / NAME, run)
+        began_s = time.monotonic()
+        seconds = draw.uniform(0, longest_s)
+        try:
+            run.wait(seconds)
+        except subprocess.TimeoutExpired:
+            run.send_signal(signal.SIGKILL)
+            run.wait()
+            return record, seconds
+        assert (record / NAME).exists(), f"the run ended with {run.returncode} before it began"
+        longest_s = time.monotonic() - began_s
 
 
 def _holds(process: Process) -> Any:
