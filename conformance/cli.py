@@ -12,6 +12,7 @@ import typer
 
 from conformance import catalogue as catalogue_of
 from conformance import resources, runner
+from conformance.certificate_command import certificate
 from conformance.commissioning.command import commission
 from conformance.doctor_command import benches, doctor
 from conformance.errors import ConformanceError, SpecError
@@ -66,6 +67,7 @@ app.command()(explore)
 app.command()(simulate)
 app.command()(recover)
 app.command()(report)
+app.command()(certificate)
 app.command()(benches)
 app.command()(doctor)
 app.command()(commission)

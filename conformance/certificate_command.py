@@ -1,0 +1,39 @@
+"""The command line's `certificate`: the records of runs as a PDF to sign."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from conformance.errors import BenchError
+from conformance.report.certificate import certify
+from conformance.report.console import console
+from conformance.report.record import read_record
+from conformance.report.typeset import to_pdf
+
+NAME = "certificate.pdf"
+
+
+def certificate(
+    run: Annotated[list[Path], typer.Argument(help="Folder of a run, or its results.json.")],
+    output: Annotated[
+        Path | None,
+        typer.Option(help="The PDF; certificate.pdf beside the record, or here for several runs."),
+    ] = None,
+    lot_title: Annotated[str, typer.Option(help="Title of the lot, as it is to be printed.")] = "",
+) -> None:
+    """Make a certificate to sign: one or two pages for each device, with a summary of several."""
+    records = [read_record(place) for place in run]
+    made = certify(records, lot_title)
+    beside = records[0].path.parent if len(records) == 1 else Path()
+    path = output or beside / NAME
+    try:
+        path.write_bytes(to_pdf(made))
+    except OSError as error:
+        raise BenchError(f"cannot write {path}: {error.strerror or error}") from error
+    for number, unit in enumerate(made.units, 1):
+        partial = ", partial" if unit.partial else ""
+        console.say(f"{number}. {unit.product}, serial {unit.serial}: {unit.headline}{partial}")
+    console.say(f"certificate: {path}")
