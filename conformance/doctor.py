@@ -10,14 +10,14 @@ from typing import Any, Final
 import can
 
 from conformance import resources
-from conformance.bench.channel import SdoChannel
+from conformance.bench.bus.link import Link
+from conformance.bench.bus.listening import Heard, Spread, hear, overshoot, spread
+from conformance.bench.bus.trace import Trace
 from conformance.bench.definition import BenchDefinition
-from conformance.bench.link import Link
-from conformance.bench.listening import Heard, Spread, hear, overshoot, spread
+from conformance.bench.given_back.seeking import answering, said_identity
+from conformance.bench.node.channel import SdoChannel
+from conformance.bench.node.sdo import SdoPort
 from conformance.bench.opening import SILENT, channels, open_bus, why_closed
-from conformance.bench.sdo import SdoPort
-from conformance.bench.seeking import answering, said_identity
-from conformance.bench.trace import Trace
 from conformance.errors import BenchError, NodeTimeout
 from conformance.spec.bit_rates import documented_rates
 from conformance.spec.load import load_spec

@@ -8,10 +8,10 @@ from typing import Annotated
 import typer
 
 from conformance import resources
-from conformance.bench.as_found import AsFound
 from conformance.bench.definition import load_bench
-from conformance.bench.journal import NAME, Journal, load_journal
-from conformance.bench.seeking import bring_home
+from conformance.bench.given_back.as_found import AsFound
+from conformance.bench.given_back.journal import NAME, Journal, load_journal
+from conformance.bench.given_back.seeking import bring_home
 from conformance.bench.session import Bench
 from conformance.errors import (
     BenchError,

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any, get_args
 
 from conformance import resources, scanning
-from conformance.bench.as_found import AsFound
+from conformance.bench.bus.markers import Markers, require_free, require_not_held
 from conformance.bench.definition import load_bench
-from conformance.bench.journal import NAME as JOURNAL
-from conformance.bench.journal import Found, Journal
-from conformance.bench.keeping import wear_cycles
-from conformance.bench.markers import Markers, require_free, require_not_held
+from conformance.bench.given_back.as_found import AsFound
+from conformance.bench.given_back.journal import NAME as JOURNAL
+from conformance.bench.given_back.journal import Found, Journal
+from conformance.bench.node.keeping import wear_cycles
 from conformance.bench.overriding import overridden
 from conformance.bench.session import Bench
 from conformance.effects import WEARING, Effect, Need

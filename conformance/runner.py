@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from conformance.bench.interrupts import interruptible
+from conformance.bench.node.interrupts import interruptible
 from conformance.errors import BenchError, ConformanceError, SpecError
 from conformance.report.console import console
 from conformance.report.plan import print_plan

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import TypeAlias
 
-from conformance.bench.scan import Found, Scan
+from conformance.bench.services.scan import Found, Scan
 from conformance.bench.session import Bench
 from conformance.report.scanned import (
     Scanned,

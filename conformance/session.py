@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from conformance.bench.interrupts import interruptible
+from conformance.bench.node.interrupts import interruptible
 from conformance.checks import BENCH, PASSED, VERDICT
 from conformance.effects import Effect
 from conformance.errors import BenchError, BenchLacks, NodeTimeout, SetupRefused, SpecError

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from conformance.bench.stamps import Stamps, stamper_of, usual_jitter_ms
+from conformance.bench.bus.stamps import Stamps, stamper_of, usual_jitter_ms
 from conformance.bench.who import Power, Stimulus, TiltBy
 from conformance.effects import Effect, Need
 from conformance.errors import Problem, SpecError

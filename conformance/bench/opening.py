@@ -11,8 +11,8 @@ from typing import Any, Final
 
 import can
 
+from conformance.bench.bus.trouble import enlarge_queue
 from conformance.bench.definition import BenchDefinition
-from conformance.bench.trouble import enlarge_queue
 from conformance.errors import BenchError, SpecError, first_line
 
 NEEDED: Final[Mapping[str, str]] = {

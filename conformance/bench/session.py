@@ -9,20 +9,20 @@ from typing import Any
 
 import can
 
-from conformance.bench.channel import SdoChannel
+from conformance.bench.bus.link import Link
+from conformance.bench.bus.observations import Observations
+from conformance.bench.bus.trace import Trace
 from conformance.bench.definition import BenchDefinition
-from conformance.bench.illegal import Illegal
-from conformance.bench.link import Link
-from conformance.bench.node import Node
-from conformance.bench.observations import Observations
+from conformance.bench.node.channel import SdoChannel
+from conformance.bench.node.node import Node
+from conformance.bench.node.reach import Place, Reach
+from conformance.bench.node.sdo import MOST_IN_VAIN
 from conformance.bench.opening import open_bus
-from conformance.bench.operator import Operator, operator_of
-from conformance.bench.power import supply_of
-from conformance.bench.reach import Place, Reach
-from conformance.bench.remote_rig import RemoteRig
-from conformance.bench.sdo import MOST_IN_VAIN
-from conformance.bench.tilting import tilting_of
-from conformance.bench.trace import Trace
+from conformance.bench.services.illegal import Illegal
+from conformance.bench.surroundings.operator import Operator, operator_of
+from conformance.bench.surroundings.power import supply_of
+from conformance.bench.surroundings.remote_rig import RemoteRig
+from conformance.bench.surroundings.tilting import tilting_of
 from conformance.errors import BenchError, ConformanceError, NodeTimeout
 from conformance.spec.model import DeviceSpec
 from conformance.wire.errors import WireError

@@ -6,15 +6,15 @@ from collections.abc import Iterator
 
 import pytest
 
-from conformance.bench.emcy import EmcyPort
-from conformance.bench.heartbeat import HeartbeatPort
-from conformance.bench.in_force import InForce
-from conformance.bench.lights import LightsPort
-from conformance.bench.lss import LssPort
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.settling import Settling
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.services.emcy import EmcyPort
+from conformance.bench.services.heartbeat import HeartbeatPort
+from conformance.bench.services.lights import LightsPort
+from conformance.bench.services.lss import LssPort
 from conformance.bench.session import Bench
-from conformance.bench.settling import Settling
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.settings.in_force import InForce
 from conformance.checks import BENCH, PASSED, VERDICT
 from conformance.effects import IN_FORCE
 from conformance.spec.model import DeviceSpec

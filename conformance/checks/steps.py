@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from conformance.bench.heartbeat import HeartbeatPort, name_of
-from conformance.bench.node import Node
-from conformance.bench.settings import unmet_conditions
-from conformance.bench.tpdo import TpdoPort
+from conformance.bench.node.node import Node
+from conformance.bench.services.heartbeat import HeartbeatPort, name_of
+from conformance.bench.services.tpdo import TpdoPort
+from conformance.bench.settings.settings import unmet_conditions
 from conformance.checks.cases import Limits, is_mapping, is_pdo_object, legal_values, limits
 from conformance.errors import NodeTimeout, SetupRefused
 from conformance.spec.document import Tpdo

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
-from conformance.bench.in_force import InForce, may_wait
-from conformance.bench.node import Node
-from conformance.bench.settings import unmet_conditions
+from conformance.bench.node.node import Node
+from conformance.bench.settings.in_force import InForce, may_wait
+from conformance.bench.settings.settings import unmet_conditions
 from conformance.checks.steps import require_writable
 from conformance.effects import IN_FORCE, Effect
 from conformance.errors import SetupRefused

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Final
 
-from conformance.bench.lss import index_of
-from conformance.bench.lss_address import LssAddress
-from conformance.bench.lss_master import DONE, ENTER, LssAnswer, LssMaster, usable_state
-from conformance.bench.node import Node
-from conformance.bench.reach import Place
+from conformance.bench.node.node import Node
+from conformance.bench.node.reach import Place
+from conformance.bench.services.lss import index_of
+from conformance.bench.services.lss_address import LssAddress
+from conformance.bench.services.lss_master import DONE, ENTER, LssAnswer, LssMaster, usable_state
 from conformance.bench.session import Bench
 from conformance.commissioning.giving import NotSelected
 from conformance.commissioning.record import Unit

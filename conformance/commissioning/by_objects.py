@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from conformance.bench.reach import Place
+from conformance.bench.node.reach import Place
 from conformance.bench.session import Bench
 from conformance.commissioning.giving import NotSelected, serial_of
 from conformance.commissioning.record import Unit

@@ -10,7 +10,7 @@ import typer
 
 from conformance import resources
 from conformance.bench.definition import BenchDefinition, load_bench
-from conformance.bench.interrupts import interruptible
+from conformance.bench.node.interrupts import interruptible
 from conformance.bench.overriding import overridden
 from conformance.bench.session import Bench
 from conformance.commissioning.by_lss import ByLss

@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from conformance.bench.interrupts import uninterrupted
-from conformance.bench.node import Node
-from conformance.bench.reach import Place
+from conformance.bench.node.interrupts import uninterrupted
+from conformance.bench.node.node import Node
+from conformance.bench.node.reach import Place
 from conformance.bench.session import SERIAL_NUMBER, Bench
 from conformance.commissioning.record import State, Unit
 from conformance.errors import ConformanceError, NodeTimeout, SetupRefused

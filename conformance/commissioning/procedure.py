@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from conformance.bench.seeking import answering
+from conformance.bench.given_back.seeking import answering
 from conformance.bench.session import Bench
 from conformance.commissioning.by_lss import ByLss
 from conformance.commissioning.by_objects import ByObjects

@@ -7,8 +7,8 @@ from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from conformance.bench.reach import Place
-from conformance.bench.safe_file import write_safely
+from conformance.bench.given_back.safe_file import write_safely
+from conformance.bench.node.reach import Place
 from conformance.errors import Problem, SpecError
 
 NAME: Final = "commission.json"

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Final, TypeAlias
 
-from conformance.bench.link import Link
-from conformance.bench.lss_address import LssAddress
-from conformance.bench.lss_master import LssMaster
+from conformance.bench.bus.link import Link
+from conformance.bench.services.lss_address import LssAddress
+from conformance.bench.services.lss_master import LssMaster
 from conformance.wire.lss import IdentifyRemoteSlave, IdentifySlave, LssCommand
 
 Range: TypeAlias = tuple[int, int]

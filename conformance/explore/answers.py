@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from conformance.bench.sdo import Transfer
+from conformance.bench.node.sdo import Transfer
 from conformance.checks import cases
 from conformance.explore.steps import Download, Upload
 from conformance.spec.model import DeviceSpec, Entry, Key, is_legal

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from conformance.bench.definition import BenchDefinition
-from conformance.bench.keeping import memory_keys
+from conformance.bench.node.keeping import memory_keys
 from conformance.explore.steps import (
     Download,
     Nmt,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.explore.steps import Download, Nmt, PowerCycle, Step
 from conformance.spec.model import DeviceSpec, Entry
 from conformance.wire.pdo import MappingEntry

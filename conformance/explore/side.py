@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from conformance.bench.link import Stamped
-from conformance.bench.node import Node
-from conformance.bench.sdo import Transfer
+from conformance.bench.bus.link import Stamped
+from conformance.bench.node.node import Node
+from conformance.bench.node.sdo import Transfer
 from conformance.bench.session import Bench
-from conformance.bench.settings import Settings, Values
+from conformance.bench.settings.settings import Settings, Values
 from conformance.explore.steps import (
     Download,
     Nmt,

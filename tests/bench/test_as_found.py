@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from conformance import resources
-from conformance.bench.as_found import AsFound
 from conformance.bench.definition import load_bench
-from conformance.bench.heartbeat import HeartbeatPort
-from conformance.bench.journal import Found
+from conformance.bench.given_back.as_found import AsFound
+from conformance.bench.given_back.journal import Found
+from conformance.bench.services.heartbeat import HeartbeatPort
 from conformance.bench.session import Bench
 from conformance.report.junit import to_junit
 from conformance.report.results import Item, Results

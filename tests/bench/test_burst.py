@@ -9,9 +9,9 @@ from pathlib import Path
 import can
 import pytest
 
-from conformance.bench.burst import AHEAD, FRAMES, send_burst, send_load
 from conformance.bench.definition import load_bench
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
+from conformance.bench.services.burst import AHEAD, FRAMES, send_burst, send_load
 from conformance.bench.session import Bench
 from conformance.errors import SetupRefused
 from conformance.resources import data

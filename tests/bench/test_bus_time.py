@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from conformance.bench.bus_time import BusTime
+from conformance.bench.bus.bus_time import BusTime
 from conformance.wire.frame import Frame, bit_length
 
 FRAME = Frame(0x632, bytes.fromhex("4018100100000000"))

@@ -9,11 +9,11 @@ import pytest
 
 from conformance import resources
 from conformance.bench.definition import load_bench
-from conformance.bench.emcy import EmcyPort, depths
-from conformance.bench.provocations import provocations
+from conformance.bench.sensor.settling import Settling
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.services.emcy import EmcyPort, depths
+from conformance.bench.services.provocations import provocations
 from conformance.bench.session import Bench
-from conformance.bench.settling import Settling
-from conformance.bench.stimulus import Stimulus
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
 

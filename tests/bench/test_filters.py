@@ -9,7 +9,8 @@ from typing import TypeAlias
 import pytest
 
 from conformance.bench.definition import load_bench
-from conformance.bench.filters import (
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.filters import (
     Choice,
     Response,
     choices,
@@ -17,12 +18,11 @@ from conformance.bench.filters import (
     moments,
     observe_filters,
 )
-from conformance.bench.fusion import observe_fusion
-from conformance.bench.node import Node
+from conformance.bench.sensor.fusion import observe_fusion
+from conformance.bench.sensor.settling import Settling
+from conformance.bench.sensor.stimulus import Stimulus
 from conformance.bench.session import Bench
-from conformance.bench.settings import Settings
-from conformance.bench.settling import Settling
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.settings.settings import Settings
 from conformance.errors import SetupRefused
 from conformance.resources import data
 from conformance.spec.load import load_spec

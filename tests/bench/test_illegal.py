@@ -10,9 +10,9 @@ import can
 import pytest
 
 from conformance.bench.definition import load_bench
+from conformance.bench.sensor.settling import Settling
+from conformance.bench.sensor.stimulus import Stimulus
 from conformance.bench.session import Bench
-from conformance.bench.settling import Settling
-from conformance.bench.stimulus import Stimulus
 from conformance.resources import data
 from conformance.spec.load import load_spec
 from conformance.wire.nmt import NmtCommand

@@ -9,10 +9,10 @@ import pytest
 
 from conformance import resources
 from conformance.bench.definition import load_bench
-from conformance.bench.in_force import InForce
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.bench.session import Bench
-from conformance.bench.settings import Settings
+from conformance.bench.settings.in_force import InForce
+from conformance.bench.settings.settings import Settings
 from conformance.errors import SetupRefused
 from conformance.simulator.interface import SimulatorBus
 from conformance.spec.load import load_spec

@@ -9,10 +9,10 @@ from collections.abc import Iterator
 import pytest
 
 from conformance import resources
+from conformance.bench.bus.link import Link
 from conformance.bench.definition import load_bench
-from conformance.bench.interrupts import interruptible, uninterrupted
-from conformance.bench.link import Link
-from conformance.bench.reach import Place
+from conformance.bench.node.interrupts import interruptible, uninterrupted
+from conformance.bench.node.reach import Place
 from conformance.bench.session import Bench
 from conformance.spec.load import load_spec
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from conformance.bench.intervals import gaps_ms, mean_ms
-from conformance.bench.link import Link
-from conformance.bench.trace import Trace
+from conformance.bench.bus.intervals import gaps_ms, mean_ms
+from conformance.bench.bus.link import Link
+from conformance.bench.bus.trace import Trace
 from conformance.wire.frame import Frame, bit_length
 
 BITRATE = 125_000

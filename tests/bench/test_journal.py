@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from conformance.bench.journal import NAME, Found, Journal, load_journal
+from conformance.bench.given_back.journal import NAME, Found, Journal, load_journal
 from conformance.errors import BenchError, SpecError
 
 JOURNAL = Journal("/specs/x.yaml", "one", "/benches/y.yaml", 5, 125_000, "0042")

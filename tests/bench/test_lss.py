@@ -10,9 +10,9 @@ import pytest
 
 from conformance import resources
 from conformance.bench.definition import load_bench
-from conformance.bench.lss import LssPort, index_of
-from conformance.bench.lss_address import LssAddress
-from conformance.bench.reach import Place
+from conformance.bench.node.reach import Place
+from conformance.bench.services.lss import LssPort, index_of
+from conformance.bench.services.lss_address import LssAddress
 from conformance.bench.session import Bench
 from conformance.errors import NodeTimeout, SetupRefused
 from conformance.simulator.interface import SimulatorBus

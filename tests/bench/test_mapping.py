@@ -9,10 +9,10 @@ import pytest
 
 from conformance import resources
 from conformance.bench.definition import load_bench
-from conformance.bench.mapping import MappingPort, word_of
-from conformance.bench.node import Node
-from conformance.bench.second_values import can_be_set, second_values
+from conformance.bench.node.node import Node
+from conformance.bench.services.mapping import MappingPort, word_of
 from conformance.bench.session import Bench
+from conformance.bench.settings.second_values import can_be_set, second_values
 from conformance.spec.load import load_spec
 
 WORDS = [0x6110_0020, 0x3000_0108]

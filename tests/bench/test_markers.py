@@ -10,7 +10,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from conformance.bench.markers import CODES, require_free, require_not_held
+from conformance.bench.bus.markers import CODES, require_free, require_not_held
 from conformance.errors import BenchError, SpecError
 from conformance.report.results import VERDICTS
 from conformance.resources import data

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import pytest
 
 from conformance.bench.definition import load_bench
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.bench.session import Bench
 from conformance.errors import NodeTimeout
 from conformance.resources import data

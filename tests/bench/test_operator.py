@@ -9,11 +9,17 @@ from unittest.mock import Mock
 
 import pytest
 
-from conformance.bench import operator
 from conformance.bench.definition import BenchDefinition, load_bench
-from conformance.bench.lights import ELSE, LightsPort, Pattern
-from conformance.bench.operator import OFF, ON, SimulatedOperator, TerminalOperator, operator_of
+from conformance.bench.services.lights import ELSE, LightsPort, Pattern
 from conformance.bench.session import Bench
+from conformance.bench.surroundings import operator
+from conformance.bench.surroundings.operator import (
+    OFF,
+    ON,
+    SimulatedOperator,
+    TerminalOperator,
+    operator_of,
+)
 from conformance.errors import SetupRefused
 from conformance.resources import data
 from conformance.spec.load import load_spec

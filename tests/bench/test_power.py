@@ -13,11 +13,11 @@ from unittest.mock import Mock
 import pytest
 import pyvisa
 
-from conformance.bench import entry_points, operator, power
 from conformance.bench.definition import BenchDefinition, load_bench
-from conformance.bench.operator import TerminalOperator
-from conformance.bench.power import Supply, supply_of
 from conformance.bench.session import Bench
+from conformance.bench.surroundings import entry_points, operator, power
+from conformance.bench.surroundings.operator import TerminalOperator
+from conformance.bench.surroundings.power import Supply, supply_of
 from conformance.errors import BenchError, SetupRefused, SpecError
 from conformance.resources import data
 from conformance.spec.load import load_spec

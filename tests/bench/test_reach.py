@@ -9,8 +9,8 @@ import pytest
 
 from conformance import resources
 from conformance.bench.definition import load_bench
-from conformance.bench.node import Node
-from conformance.bench.reach import Astray, Place
+from conformance.bench.node.node import Node
+from conformance.bench.node.reach import Astray, Place
 from conformance.bench.session import Bench
 from conformance.errors import NodeTimeout
 from conformance.spec.load import load_spec

@@ -9,12 +9,12 @@ from typing import TypeAlias
 import pytest
 
 from conformance.bench.definition import load_bench
-from conformance.bench.emcy import errors_to_come
-from conformance.bench.node import Node
-from conformance.bench.recovery import Stayed, observe_without_recovery
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.recovery import Stayed, observe_without_recovery
+from conformance.bench.sensor.settling import Settling
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.services.emcy import errors_to_come
 from conformance.bench.session import Bench
-from conformance.bench.settling import Settling
-from conformance.bench.stimulus import Stimulus
 from conformance.errors import SetupRefused
 from conformance.resources import data
 from conformance.spec.load import load_spec

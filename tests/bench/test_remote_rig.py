@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from simulated_process import LOOPBACK, Process, simulating
 
-from conformance.bench.remote_rig import RemoteRig
+from conformance.bench.surroundings.remote_rig import RemoteRig
 from conformance.errors import BenchError
 
 BENCH = """format: 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from conformance.bench.response_times import ResponseTimes
+from conformance.bench.node.response_times import ResponseTimes
 
 UPLOAD = bytes.fromhex("4008100000000000")
 SEGMENT = bytes.fromhex("6000000000000000")

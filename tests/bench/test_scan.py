@@ -9,8 +9,8 @@ from typing import TypeAlias
 import pytest
 
 from conformance import scanning
-from conformance.bench import scan
 from conformance.bench.definition import load_bench
+from conformance.bench.services import scan
 from conformance.bench.session import Bench
 from conformance.report.scanned import Scanned, area_of, as_text, guessed_type
 from conformance.resources import data

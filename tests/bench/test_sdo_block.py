@@ -7,9 +7,9 @@ from typing import TypeAlias
 
 import pytest
 
-from conformance.bench.channel import SdoChannel
-from conformance.bench.link import Stamped
-from conformance.bench.sdo_block import BlockPort
+from conformance.bench.bus.link import Stamped
+from conformance.bench.node.channel import SdoChannel
+from conformance.bench.node.sdo_block import BlockPort
 from conformance.wire.frame import Frame
 
 OBJECT = (0x2000, 0)

@@ -8,13 +8,13 @@ from typing import Any
 import pytest
 
 from conformance import resources
+from conformance.bench.bus.observations import Observations
 from conformance.bench.definition import load_bench
-from conformance.bench.node import Node
-from conformance.bench.observations import Observations
-from conformance.bench.second_values import second_values
+from conformance.bench.node.node import Node
 from conformance.bench.session import Bench
-from conformance.bench.settings import Settings, _disabled
-from conformance.bench.trials import (
+from conformance.bench.settings.second_values import second_values
+from conformance.bench.settings.settings import Settings, _disabled
+from conformance.bench.settings.trials import (
     observe_defaults,
     observe_kept,
     observe_restored,

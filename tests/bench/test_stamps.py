@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
+from conformance.bench.bus.link import Link
+from conformance.bench.bus.stamps import SLICE_S, Stamps, WallClock, stamper_of
+from conformance.bench.bus.trace import Trace
 from conformance.bench.definition import load_bench
-from conformance.bench.link import Link
-from conformance.bench.stamps import SLICE_S, Stamps, WallClock, stamper_of
-from conformance.bench.trace import Trace
 from conformance.errors import BenchError
 from conformance.resources import find
 from conformance.verdict import Nonconformity, Unresolved, Verdict

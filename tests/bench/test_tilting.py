@@ -11,10 +11,10 @@ from unittest.mock import Mock
 
 import pytest
 
-from conformance.bench import entry_points, tilting
 from conformance.bench.definition import BenchDefinition, load_bench
-from conformance.bench.operator import TerminalOperator
-from conformance.bench.tilting import Tilting, tilting_of
+from conformance.bench.surroundings import entry_points, tilting
+from conformance.bench.surroundings.operator import TerminalOperator
+from conformance.bench.surroundings.tilting import Tilting, tilting_of
 from conformance.errors import BenchError, SpecError
 
 BENCH = """format: 1

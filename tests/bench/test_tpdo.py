@@ -8,8 +8,8 @@ import pytest
 
 from conformance import resources
 from conformance.bench.definition import load_bench
+from conformance.bench.services.tpdo import TpdoPort
 from conformance.bench.session import Bench
-from conformance.bench.tpdo import TpdoPort
 from conformance.spec.load import load_spec
 
 COB_ID, INHIBIT = (0x1800, 1), (0x1800, 3)

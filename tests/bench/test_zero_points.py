@@ -11,7 +11,7 @@ import pytest
 from conformance import resources
 from conformance.bench.definition import load_bench
 from conformance.bench.session import Bench
-from conformance.bench.zero_points import SHIFT, Tried, ZeroPoint, observe_zero_points
+from conformance.bench.settings.zero_points import SHIFT, Tried, ZeroPoint, observe_zero_points
 from conformance.errors import SetupRefused
 from conformance.simulator.interface import SimulatorBus
 from conformance.spec.document import Store

@@ -15,7 +15,7 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 from conformance import resources
 from conformance.bench.definition import load_bench
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.bench.session import Bench
 from conformance.spec.load import load_spec
 

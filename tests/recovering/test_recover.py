@@ -15,7 +15,7 @@ import pytest
 from killed_runs import BENCH, Killed, kill_one
 from simulated_process import COMMAND, Process, simulating
 
-from conformance.bench.journal import NAME, Found, Journal
+from conformance.bench.given_back.journal import NAME, Found, Journal
 
 KILLS = int(os.environ.get("KILLS", "1"))
 """Of each device; `make kills` has more."""

@@ -12,7 +12,7 @@ from meddler import Meddler
 from meddling import Mischief
 from planned import LAST, Deed, Planned
 
-from conformance.bench.journal import NAME, Found, Journal, load_journal
+from conformance.bench.given_back.journal import NAME, Found, Journal, load_journal
 from conformance.errors import BenchError
 from conformance.recover_command import recover
 from conformance.simulator import channel, device

@@ -13,7 +13,7 @@ from typing import Any
 
 from simulated_process import COMMAND, Process, simulating
 
-from conformance.bench.journal import NAME
+from conformance.bench.given_back.journal import NAME
 
 BENCH = """format: 1
 what: One device behind an slcan adapter, which may be changed in every way and is given back.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.errors import SetupRefused
 from conformance.spec.model import DeviceSpec, Entry
 from conformance.verdict import Verdict

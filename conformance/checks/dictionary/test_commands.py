@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
 
-from conformance.bench.node import Node
-from conformance.bench.slope import SlopePort
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.slope import SlopePort
+from conformance.bench.sensor.stimulus import Stimulus
 from conformance.checks import cases
 from conformance.checks.profile.shown import Outcome, confirmed, judge, turn_steps
 from conformance.checks.profile.slope_ports import port_of

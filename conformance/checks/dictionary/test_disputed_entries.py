@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 
-from conformance.bench.node import Node
-from conformance.bench.sdo import Transfer
-from conformance.bench.second_values import is_cob_id
+from conformance.bench.node.node import Node
+from conformance.bench.node.sdo import Transfer
 from conformance.bench.session import Bench
+from conformance.bench.settings.second_values import is_cob_id
 from conformance.checks import cases
 from conformance.checks.place.moved import tried
 from conformance.checks.steps import make_writable, own_value, require_writable

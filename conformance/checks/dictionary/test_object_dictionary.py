@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.checks import cases
 from conformance.checks.cases import entries
 from conformance.checks.steps import make_writable, own_value, require_writable

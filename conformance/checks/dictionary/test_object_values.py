@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.in_force import InForce
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.bench.session import Bench
+from conformance.bench.settings.in_force import InForce
 from conformance.checks import cases
 from conformance.checks.cases import entries
 from conformance.checks.memory import kept, storable

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from conformance.bench.in_force import InForce
-from conformance.bench.node import Node
-from conformance.bench.sdo import Transfer
+from conformance.bench.node.node import Node
+from conformance.bench.node.sdo import Transfer
+from conformance.bench.settings.in_force import InForce
 from conformance.checks import cases
 from conformance.checks.profile.shown import Outcome, confirmed, judge, turn_steps
 from conformance.checks.profile.slope_ports import plain_port_of

@@ -6,9 +6,14 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from conformance.bench.emcy import EmcyPort, cleared_by_reset, decoded, may_last
-from conformance.bench.link import Stamped
-from conformance.bench.provocations import AnyProvocation, BusProvocation, Provocation, provocations
+from conformance.bench.bus.link import Stamped
+from conformance.bench.services.emcy import EmcyPort, cleared_by_reset, decoded, may_last
+from conformance.bench.services.provocations import (
+    AnyProvocation,
+    BusProvocation,
+    Provocation,
+    provocations,
+)
 from conformance.effects import Effect, Need
 from conformance.errors import SetupRefused
 from conformance.requirements import Case

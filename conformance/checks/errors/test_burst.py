@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import partial
 
-from conformance.bench.burst import send_burst, send_load
-from conformance.bench.emcy import WINDOW_S, EmcyPort, decoded, errors_to_come
-from conformance.bench.heartbeat import HeartbeatPort, name_of
-from conformance.bench.intervals import gaps_ms
-from conformance.bench.node import PROBE, Node
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.bus.intervals import gaps_ms
+from conformance.bench.node.node import PROBE, Node
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.services.burst import send_burst, send_load
+from conformance.bench.services.emcy import WINDOW_S, EmcyPort, decoded, errors_to_come
+from conformance.bench.services.heartbeat import HeartbeatPort, name_of
 from conformance.checks.cases import with_heartbeat
 from conformance.checks.errors.emcies import (
     NO_ERROR,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 
-from conformance.bench.emcy import WINDOW_S, EmcyPort, decoded, errors_to_come
-from conformance.bench.node import Node
-from conformance.bench.recovery import observe_without_recovery
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.recovery import observe_without_recovery
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.services.emcy import WINDOW_S, EmcyPort, decoded, errors_to_come
 from conformance.checks.errors.emcies import (
     code_word,
     code_words,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from conformance.bench.emcy import EmcyPort, decoded
-from conformance.bench.node import Node
-from conformance.bench.provocations import AnyProvocation, Provocation
+from conformance.bench.node.node import Node
+from conformance.bench.services.emcy import EmcyPort, decoded
+from conformance.bench.services.provocations import AnyProvocation, Provocation
 from conformance.checks.errors.emcies import (
     NO_ERROR,
     any_errors,

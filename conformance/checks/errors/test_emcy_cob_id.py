@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from conformance.bench.emcy import EmcyPort
-from conformance.bench.node import Node
-from conformance.bench.provocations import AnyProvocation
+from conformance.bench.node.node import Node
+from conformance.bench.services.emcy import EmcyPort
+from conformance.bench.services.provocations import AnyProvocation
 from conformance.checks.errors.emcies import came_about, judge, producers, provoked, told
 from conformance.checks.steps import require_alive
 from conformance.requirements import CIA301, Case, requirement

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.node import Node
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.stimulus import Stimulus
 from conformance.requirements import Case, requirement
 from conformance.spec.model import DeviceSpec, Entry
 from conformance.verdict import Verdict

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import product
 
-from conformance.bench.emcy import EmcyPort, decoded
-from conformance.bench.node import Node
-from conformance.bench.provocations import AnyProvocation, BusProvocation, Provocation
+from conformance.bench.node.node import Node
+from conformance.bench.services.emcy import EmcyPort, decoded
+from conformance.bench.services.provocations import AnyProvocation, BusProvocation, Provocation
 from conformance.checks.errors.emcies import (
     NO_ERROR,
     any_errors,

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from conformance.bench.emcy import EmcyPort, depths
-from conformance.bench.node import Node
-from conformance.bench.provocations import AnyProvocation, Provocation
+from conformance.bench.node.node import Node
+from conformance.bench.services.emcy import EmcyPort, depths
+from conformance.bench.services.provocations import AnyProvocation, Provocation
 from conformance.checks.cases import OUT_OF_RANGE, REFUSED_WRITE
 from conformance.checks.errors.emcies import (
     NO_ERROR,

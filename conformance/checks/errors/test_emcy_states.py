@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import NamedTuple
 
-from conformance.bench.emcy import EmcyPort
-from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of
-from conformance.bench.intervals import gaps_ms
-from conformance.bench.node import Node
-from conformance.bench.provocations import AnyProvocation, Provocation
+from conformance.bench.bus.intervals import gaps_ms
+from conformance.bench.node.node import Node
+from conformance.bench.services.emcy import EmcyPort
+from conformance.bench.services.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of
+from conformance.bench.services.provocations import AnyProvocation, Provocation
 from conformance.checks.errors.emcies import (
     any_errors,
     came_about,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.emcy import decoded, errors_to_come
-from conformance.bench.node import PROBE, Node
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.node.node import PROBE, Node
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.services.emcy import decoded, errors_to_come
 from conformance.checks.errors.emcies import code_words, kept, register_word
 from conformance.requirements import Case, requirement
 from conformance.spec.model import DeviceSpec

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import Literal, TypeAlias
 
-from conformance.bench.lss import index_of
-from conformance.bench.lss_master import LssAnswer
-from conformance.bench.reach import Place
+from conformance.bench.node.reach import Place
+from conformance.bench.services.lss import index_of
+from conformance.bench.services.lss_master import LssAnswer
 from conformance.requirements import Case, Cases
 from conformance.spec.bit_rates import documented_rates
 from conformance.spec.document import Lss, Services

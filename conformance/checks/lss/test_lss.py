@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from functools import partial
 from typing import NamedTuple
 
-from conformance.bench.lss import LssPort, index_of
-from conformance.bench.lss_master import CONFIGURATION
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
+from conformance.bench.services.lss import LssPort, index_of
+from conformance.bench.services.lss_master import CONFIGURATION
 from conformance.checks.lss.lss_cases import (
     CIA305,
     NUMBERS,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.lss import LssPort
-from conformance.bench.lss_master import DONE
-from conformance.bench.reach import Place
+from conformance.bench.node.reach import Place
+from conformance.bench.services.lss import LssPort
+from conformance.bench.services.lss_master import DONE
 from conformance.checks.lss.lss_cases import (
     CIA305,
     OUT_OF_RANGE,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.lss import LssPort
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
+from conformance.bench.services.lss import LssPort
 from conformance.checks.lss.lss_cases import (
     CIA305,
     NUMBERS,

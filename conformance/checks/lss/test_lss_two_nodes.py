@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.lss import LssPort
-from conformance.bench.node import Node
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.services.lss import LssPort
 from conformance.checks.lss.lss_cases import CIA305, offers, once
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, requirement

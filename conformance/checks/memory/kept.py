@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from functools import partial
 
-from conformance.bench.node import Node
-from conformance.bench.sdo import Transfer
+from conformance.bench.node.node import Node
+from conformance.bench.node.sdo import Transfer
 from conformance.bench.session import Bench
-from conformance.bench.trials import (
+from conformance.bench.settings.trials import (
     Kept,
     Refused,
     Restored,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
-from conformance.bench.keeping import groups_of
-from conformance.bench.second_values import can_be_set
+from conformance.bench.node.keeping import groups_of
+from conformance.bench.settings.second_values import can_be_set
 from conformance.effects import Effect
 from conformance.errors import SetupRefused
 from conformance.requirements import Case, Cases

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.bench.session import Bench
 from conformance.checks.memory import kept, storable
 from conformance.requirements import CIA301, requirement

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.bench.session import Bench
-from conformance.bench.settings import Settings
-from conformance.bench.trials import observe_late
+from conformance.bench.settings.settings import Settings
+from conformance.bench.settings.trials import observe_late
 from conformance.checks.memory import kept, storable
 from conformance.errors import SetupRefused
 from conformance.requirements import CIA301, Case, requirement

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-from conformance.bench.mapping import MappingPort, Step, word_of
-from conformance.bench.node import Node
-from conformance.bench.sdo import Transfer
+from conformance.bench.node.node import Node
+from conformance.bench.node.sdo import Transfer
+from conformance.bench.services.mapping import MappingPort, Step, word_of
 from conformance.checks.pdo.tpdos import mappable_entries, tpdos
 from conformance.checks.steps import tpdo_service
 from conformance.errors import NodeTimeout, SetupRefused

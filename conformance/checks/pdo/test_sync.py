@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.in_force import InForce
-from conformance.bench.node import Node
-from conformance.bench.tpdo import TpdoPort
+from conformance.bench.node.node import Node
+from conformance.bench.services.tpdo import TpdoPort
+from conformance.bench.settings.in_force import InForce
 from conformance.checks.pdo.tpdo_cases import (
     Numbered,
     first_synchronous,

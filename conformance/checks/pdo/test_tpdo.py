@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
-from conformance.bench.in_force import InForce
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
+from conformance.bench.settings.in_force import InForce
 from conformance.checks.limits import gap_tolerance_ms, mean_tolerance_ms
 from conformance.checks.pdo.tpdo_cases import Numbered
 from conformance.checks.pdo.tpdos import (

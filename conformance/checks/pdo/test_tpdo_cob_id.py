@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-from conformance.bench.mapping import NOT_VALID
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
+from conformance.bench.services.mapping import NOT_VALID
 from conformance.checks import cases
 from conformance.checks.pdo import mapping
 from conformance.checks.pdo.tpdos import disablable, listen, paced, set_up

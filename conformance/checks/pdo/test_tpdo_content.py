@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from conformance.bench.node import Node
-from conformance.bench.tpdo import TpdoPort
+from conformance.bench.node.node import Node
+from conformance.bench.services.tpdo import TpdoPort
 from conformance.checks import cases
 from conformance.checks.dictionary.held import Held, held, judge_content
 from conformance.checks.pdo.tpdos import (

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.node import Node
-from conformance.bench.slope import watch
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.slope import watch
+from conformance.bench.sensor.stimulus import Stimulus
 from conformance.checks.pdo.tilted_tpdos import (
     carry_the_tilt,
     is_slope,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from conformance.bench.node import Node
-from conformance.bench.tpdo import TpdoPort
+from conformance.bench.node.node import Node
+from conformance.bench.services.tpdo import TpdoPort
 from conformance.checks.pdo.tpdos import (
     ASYNCHRONOUS,
     EVENT_MS,

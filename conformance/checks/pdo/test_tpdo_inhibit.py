@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.in_force import InForce
-from conformance.bench.link import Stamped
-from conformance.bench.node import Node
-from conformance.bench.tpdo import TpdoPort
+from conformance.bench.bus.link import Stamped
+from conformance.bench.node.node import Node
+from conformance.bench.services.tpdo import TpdoPort
+from conformance.bench.settings.in_force import InForce
 from conformance.checks.limits import gap_tolerance_ms
 from conformance.checks.pdo.tpdo_cases import (
     asynchronous_type,

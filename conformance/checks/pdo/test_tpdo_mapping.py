@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from conformance.bench.link import Stamped
-from conformance.bench.mapping import MappingPort, word_of
-from conformance.bench.node import Node
+from conformance.bench.bus.link import Stamped
+from conformance.bench.node.node import Node
+from conformance.bench.services.mapping import MappingPort, word_of
 from conformance.checks.dictionary.held import Held, held, judge_content
 from conformance.checks.limits import gap_tolerance_ms
 from conformance.checks.pdo import mapping

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.mapping import MappingPort, word_of
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
+from conformance.bench.services.mapping import MappingPort, word_of
 from conformance.checks.dictionary.held import held, judge_values
 from conformance.checks.pdo import mapping
 from conformance.checks.pdo.mapping import Frame

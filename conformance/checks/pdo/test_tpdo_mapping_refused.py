@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import partial
 
-from conformance.bench.mapping import MappingPort, Step, word_of
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
+from conformance.bench.services.mapping import MappingPort, Step, word_of
 from conformance.bench.session import Bench
 from conformance.checks import cases
 from conformance.checks.pdo import mapping

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.in_force import may_wait
-from conformance.bench.node import Node
-from conformance.bench.tpdo import TpdoPort, pace_entries
+from conformance.bench.node.node import Node
+from conformance.bench.services.tpdo import TpdoPort, pace_entries
+from conformance.bench.settings.in_force import may_wait
 from conformance.checks.pdo.tpdo_cases import (
     Numbered,
     documents,

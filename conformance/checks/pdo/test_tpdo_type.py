@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.in_force import InForce
-from conformance.bench.link import Stamped
-from conformance.bench.node import Node
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.bus.link import Stamped
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.settings.in_force import InForce
 from conformance.checks.cases import OUT_OF_RANGE
 from conformance.checks.pdo.tilted_tpdos import carry_the_tilt, tilted
 from conformance.checks.pdo.tpdo_cases import (

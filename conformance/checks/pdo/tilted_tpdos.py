@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from conformance.bench.node import Node
-from conformance.bench.tpdo import TpdoPort
+from conformance.bench.node.node import Node
+from conformance.bench.services.tpdo import TpdoPort
 from conformance.checks.pdo.tpdos import mappable_entries, tpdos
 from conformance.checks.profile.slopes import AXES
 from conformance.checks.steps import tpdo_service

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
-from conformance.bench.node import Node
-from conformance.bench.sdo import Transfer
+from conformance.bench.node.node import Node
+from conformance.bench.node.sdo import Transfer
 from conformance.checks.pdo.tpdos import (
     ASYNCHRONOUS,
     EVENT_TIMER_SUB,

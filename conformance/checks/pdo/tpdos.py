@@ -11,10 +11,10 @@ from functools import partial
 from math import ceil
 from typing import Any
 
-from conformance.bench.in_force import InForce
-from conformance.bench.link import Stamped
-from conformance.bench.node import Node
-from conformance.bench.tpdo import TpdoPort, pace_entries
+from conformance.bench.bus.link import Stamped
+from conformance.bench.node.node import Node
+from conformance.bench.services.tpdo import TpdoPort, pace_entries
+from conformance.bench.settings.in_force import InForce
 from conformance.checks import cases
 from conformance.checks.limits import gap_tolerance_ms
 from conformance.checks.steps import COB_ID_SUB, tpdo_service

@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import partial
 
-from conformance.bench.moves import (
+from conformance.bench.node.node import Node
+from conformance.bench.node.reach import AT_ONCE_S, Astray, Place
+from conformance.bench.node.sdo import Transfer
+from conformance.bench.session import Bench
+from conformance.bench.settings.moves import (
     Move,
     Moved,
     Restoring,
@@ -15,10 +19,6 @@ from conformance.bench.moves import (
     observe_refused,
     observe_restored_place,
 )
-from conformance.bench.node import Node
-from conformance.bench.reach import AT_ONCE_S, Astray, Place
-from conformance.bench.sdo import Transfer
-from conformance.bench.session import Bench
 from conformance.checks.place.moving import (
     Change,
     allowed,

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Literal, TypeAlias
 
-from conformance.bench.moves import (
+from conformance.bench.node.reach import Place
+from conformance.bench.settings.moves import (
     Step,
 )
-from conformance.bench.reach import Place
 from conformance.effects import Effect
 from conformance.requirements import Case, Cases
 from conformance.spec.behaviours import Paired, SameValue

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.bench.session import Bench
 from conformance.checks.place import moved, moving
 from conformance.checks.place.moving import Change

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.moves import Move, observe_move
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.bench.session import Bench
-from conformance.bench.settings import Settings
+from conformance.bench.settings.moves import Move, observe_move
+from conformance.bench.settings.settings import Settings
 from conformance.checks.place import moved, moving
 from conformance.checks.place.moving import Change
 from conformance.errors import SetupRefused

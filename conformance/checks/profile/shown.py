@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from conformance.bench.sdo import Transfer
-from conformance.bench.slope import Seen
+from conformance.bench.node.sdo import Transfer
+from conformance.bench.sensor.slope import Seen
 from conformance.checks.limits import STEPS, tilt_tolerance_deg
 from conformance.checks.profile.slopes import TURN_DEG, MeasuredSlope, Other
 from conformance.verdict import Verdict

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from conformance.bench.in_force import InForce, may_wait
-from conformance.bench.node import Node
-from conformance.bench.settling import Settling
-from conformance.bench.slope import Seen, SlopePort
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.settling import Settling
+from conformance.bench.sensor.slope import Seen, SlopePort
+from conformance.bench.settings.in_force import InForce, may_wait
 from conformance.checks.profile.shown import is_same
 from conformance.checks.profile.slopes import MeasuredSlope, operating_parameter
 from conformance.checks.waiting import put_in_force

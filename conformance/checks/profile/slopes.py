@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from conformance.bench.slope import degrees
+from conformance.bench.sensor.slope import degrees
 from conformance.checks import cases
 from conformance.checks.waiting import at_need
 from conformance.requirements import Case, Cases

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
-from conformance.bench.node import Node
-from conformance.bench.slope import watch
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.slope import watch
+from conformance.bench.sensor.stimulus import Stimulus
 from conformance.checks import cases
 from conformance.checks.limits import GRAVITY_G
 from conformance.requirements import Case, requirement

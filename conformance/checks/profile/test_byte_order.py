@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from conformance.bench.node import Node
-from conformance.bench.slope import Seen, watch
-from conformance.bench.stimulus import Stimulus
-from conformance.bench.tpdo import TpdoPort
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.slope import Seen, watch
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.services.tpdo import TpdoPort
 from conformance.checks import cases
 from conformance.checks.pdo.tpdos import Pace, listen, paced, port_of, tpdos
 from conformance.checks.profile.shown import distance, margin_of

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import NamedTuple
 
-from conformance.bench.filters import (
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.filters import (
     LOW_HZ,
     Choice,
     Response,
@@ -16,9 +17,8 @@ from conformance.bench.filters import (
     moments,
     observe_filters,
 )
-from conformance.bench.node import Node
+from conformance.bench.sensor.stimulus import Stimulus
 from conformance.bench.session import Bench
-from conformance.bench.stimulus import Stimulus
 from conformance.checks.limits import STEPS
 from conformance.checks.profile.slopes import measured_slopes, tilted
 from conformance.effects import Effect

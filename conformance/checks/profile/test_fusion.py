@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import partial
 
-from conformance.bench.filters import LOW_HZ, choices, filters, moments
-from conformance.bench.fusion import Fused, observe_fusion
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.filters import LOW_HZ, choices, filters, moments
+from conformance.bench.sensor.fusion import Fused, observe_fusion
+from conformance.bench.sensor.stimulus import Stimulus
 from conformance.bench.session import Bench
-from conformance.bench.stimulus import Stimulus
 from conformance.checks.cases import OUT_OF_RANGE, REFUSED_WRITE
 from conformance.checks.limits import STEPS
 from conformance.checks.profile.slopes import measured_slopes, tilted

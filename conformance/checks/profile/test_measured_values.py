@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from conformance.bench.in_force import InForce
-from conformance.bench.node import Node
-from conformance.bench.slope import Seen, watch
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.slope import Seen, watch
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.settings.in_force import InForce
 from conformance.checks import cases
 from conformance.checks.limits import (
     GRAVITY_G,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from conformance.bench.in_force import InForce
-from conformance.bench.node import Node
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.settings.in_force import InForce
 from conformance.checks.limits import STEPS
 from conformance.checks.profile.shown import judge_angle
 from conformance.checks.profile.slope_ports import upright_port_of

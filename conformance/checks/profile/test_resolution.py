@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 
-from conformance.bench.in_force import InForce
-from conformance.bench.node import Node
-from conformance.bench.slope import Seen
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.slope import Seen
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.settings.in_force import InForce
 from conformance.checks import cases
 from conformance.checks.profile.shown import confirmed, is_same, margin_of, within_a_turn
 from conformance.checks.profile.slope_ports import plain_port_of, seen_with

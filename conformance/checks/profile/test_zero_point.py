@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from functools import partial
 
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.bench.session import Bench
-from conformance.bench.zero_points import Tried, ZeroPoint, observe_zero_points
+from conformance.bench.settings.zero_points import Tried, ZeroPoint, observe_zero_points
 from conformance.checks.memory import storable
 from conformance.checks.profile.slopes import having, measured_slopes
 from conformance.errors import SetupRefused

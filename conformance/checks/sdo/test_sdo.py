@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.node import PROBE, Node
+from conformance.bench.node.node import PROBE, Node
 from conformance.checks import cases
 from conformance.checks.cases import entries
 from conformance.checks.sdo.transfers import (

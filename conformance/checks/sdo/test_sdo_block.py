@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from conformance.bench.node import Node
-from conformance.bench.sdo import Transfer
-from conformance.bench.sdo_block import BlockPort
+from conformance.bench.node.node import Node
+from conformance.bench.node.sdo import Transfer
+from conformance.bench.node.sdo_block import BlockPort
 from conformance.checks import cases
 from conformance.checks.sdo.transfers import (
     NO_BLOCKS,

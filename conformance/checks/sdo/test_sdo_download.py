@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.node import Node
-from conformance.bench.sdo import Transfer
+from conformance.bench.node.node import Node
+from conformance.bench.node.sdo import Transfer
 from conformance.checks import cases
 from conformance.checks.sdo.transfers import (
     NO_SEGMENTS,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.node import PROBE, Node
-from conformance.bench.sdo import Answer
+from conformance.bench.node.node import PROBE, Node
+from conformance.bench.node.sdo import Answer
 from conformance.checks import cases
 from conformance.checks.sdo.transfers import (
     EXPEDITED,

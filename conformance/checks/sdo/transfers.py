@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.node import PROBE, Node
-from conformance.bench.sdo import Answer, Transfer
-from conformance.bench.second_values import can_be_set, is_cob_id, second_values
+from conformance.bench.node.node import PROBE, Node
+from conformance.bench.node.sdo import Answer, Transfer
+from conformance.bench.settings.second_values import can_be_set, is_cob_id, second_values
 from conformance.checks import cases
 from conformance.checks.steps import own_value
 from conformance.errors import SetupRefused

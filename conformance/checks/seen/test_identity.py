@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
 from conformance.bench.session import Bench
 from conformance.requirements import Case, requirement
 from conformance.spec.model import DeviceSpec, Entry

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
-from conformance.bench.emcy import EmcyPort, errors_to_come
-from conformance.bench.lights import LightsPort, Pattern, pattern_of
-from conformance.bench.lss import LssPort
-from conformance.bench.lss_master import usable_state
-from conformance.bench.node import Node
-from conformance.bench.provocations import Provocation
-from conformance.bench.stimulus import Stimulus
+from conformance.bench.node.node import Node
+from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.services.emcy import EmcyPort, errors_to_come
+from conformance.bench.services.lights import LightsPort, Pattern, pattern_of
+from conformance.bench.services.lss import LssPort
+from conformance.bench.services.lss_master import usable_state
+from conformance.bench.services.provocations import Provocation
 from conformance.checks.errors.emcies import above, came_about, kept
 from conformance.checks.steps import ENTER
 from conformance.errors import SetupRefused

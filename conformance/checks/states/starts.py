@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from conformance.bench.heartbeat import NO_HEARTBEAT, name_of
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
+from conformance.bench.services.heartbeat import NO_HEARTBEAT, name_of
 from conformance.errors import SetupRefused
 from conformance.spec.document import Services
 from conformance.spec.model import DeviceSpec

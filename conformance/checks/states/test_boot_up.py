@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.heartbeat import HeartbeatPort
-from conformance.bench.node import Node
+from conformance.bench.node.node import Node
+from conformance.bench.services.heartbeat import HeartbeatPort
 from conformance.checks.cases import with_heartbeat
 from conformance.checks.states.starts import (
     RESETS,

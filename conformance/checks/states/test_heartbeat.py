@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import ceil
 
-from conformance.bench.heartbeat import (
+from conformance.bench.bus.intervals import apart_ms
+from conformance.bench.node.node import Node
+from conformance.bench.services.heartbeat import (
     NO_HEARTBEAT,
     TYPICAL_MS,
     HeartbeatPort,
     name_of,
     state_of,
 )
-from conformance.bench.intervals import apart_ms
-from conformance.bench.node import Node
 from conformance.checks.limits import gap_tolerance_ms, mean_tolerance_ms
 from conformance.checks.steps import ENTER, require_alive, run_and_switch_off, state_word
 from conformance.requirements import CIA301, Case, requirement

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
-from conformance.bench.heartbeat import HeartbeatPort
-from conformance.bench.intervals import mean_ms
-from conformance.bench.link import Stamped
-from conformance.bench.node import Node
+from conformance.bench.bus.intervals import mean_ms
+from conformance.bench.bus.link import Stamped
+from conformance.bench.node.node import Node
+from conformance.bench.services.heartbeat import HeartbeatPort
 from conformance.checks.limits import gap_tolerance_ms, mean_tolerance_ms
 from conformance.checks.steps import require_alive
 from conformance.errors import SetupRefused

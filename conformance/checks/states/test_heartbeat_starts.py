@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple, get_args
 
-from conformance.bench.heartbeat import HeartbeatPort
-from conformance.bench.intervals import gaps_ms
-from conformance.bench.node import Node
-from conformance.bench.starting import Restart, restarted_heartbeat
+from conformance.bench.bus.intervals import gaps_ms
+from conformance.bench.node.node import Node
+from conformance.bench.services.heartbeat import HeartbeatPort
+from conformance.bench.services.starting import Restart, restarted_heartbeat
 from conformance.effects import Effect
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, address

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, state_of
-from conformance.bench.intervals import gaps_ms
-from conformance.bench.link import Stamped
-from conformance.bench.node import Node
+from conformance.bench.bus.intervals import gaps_ms
+from conformance.bench.bus.link import Stamped
+from conformance.bench.node.node import Node
+from conformance.bench.services.heartbeat import NO_HEARTBEAT, HeartbeatPort, state_of
 from conformance.checks.cases import neighbours
 from conformance.checks.limits import gap_tolerance_ms
 from conformance.checks.steps import ENTER, require_alive, run_and_switch_off, state_word

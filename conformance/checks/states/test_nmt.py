@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of
-from conformance.bench.node import Node
-from conformance.bench.second_values import is_cob_id
+from conformance.bench.node.node import Node
+from conformance.bench.services.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of
+from conformance.bench.settings.second_values import is_cob_id
 from conformance.checks import cases
 from conformance.checks.cases import neighbours, with_heartbeat
 from conformance.checks.steps import ENTER, own_value, require_state, state_word

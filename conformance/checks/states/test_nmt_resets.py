@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort
-from conformance.bench.node import Node
-from conformance.bench.second_values import can_be_set
+from conformance.bench.node.node import Node
+from conformance.bench.services.heartbeat import NO_HEARTBEAT, HeartbeatPort
 from conformance.bench.session import Bench
-from conformance.bench.trials import Kept, observe_reset_communication
+from conformance.bench.settings.second_values import can_be_set
+from conformance.bench.settings.trials import Kept, observe_reset_communication
 from conformance.checks.cases import with_heartbeat
 from conformance.checks.memory.kept import judge_value, require_changed
 from conformance.checks.states.starts import (

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from conformance.bench.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of, state_of
-from conformance.bench.node import PROBE, Node
+from conformance.bench.node.node import PROBE, Node
+from conformance.bench.services.heartbeat import NO_HEARTBEAT, HeartbeatPort, name_of, state_of
 from conformance.checks.cases import neighbours, with_heartbeat
 from conformance.checks.steps import ENTER, require_state, state_word
 from conformance.effects import Effect

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import get_args
 
-from conformance.bench.heartbeat import HeartbeatPort, name_of
-from conformance.bench.node import Node
-from conformance.bench.session import Bench
-from conformance.bench.starting import (
+from conformance.bench.node.node import Node
+from conformance.bench.services.heartbeat import HeartbeatPort, name_of
+from conformance.bench.services.starting import (
     Restart,
     Started,
     begin_restart,
     observe_starts,
     start_values,
 )
+from conformance.bench.session import Bench
 from conformance.checks.cases import with_heartbeat
 from conformance.effects import Effect
 from conformance.errors import SetupRefused

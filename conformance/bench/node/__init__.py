@@ -1,0 +1,1 @@
+"""The node under test: its SDO server, its NMT state, where it is reached."""

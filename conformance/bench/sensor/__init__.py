@@ -1,0 +1,1 @@
+"""What the node measures: a stimulus, and values, filters and slopes that follow it."""

@@ -1,0 +1,1 @@
+"""The node's settings: written, stored, tried, moved, and put back."""
