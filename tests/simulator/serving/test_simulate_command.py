@@ -149,7 +149,10 @@ def test_on_a_python_can_bus_it_is_a_device_too() -> None:
         (("--socketcand", "h:99999"), "--socketcand: expected HOST:PORT"),
         (("--nodes", "0-4", "--slcan-pty", "x"), "--nodes: expected node-IDs from 1 to 127"),
         (("--nodes", "4,4", "--slcan-pty", "x"), "--nodes: expected each node-ID once"),
-        (("--nodes", "4", "--node-id", "4", "--slcan-pty", "x"), "no --node-id and no --count beside it"),
+        (
+            ("--nodes", "4", "--node-id", "4", "--slcan-pty", "x"),
+            "no --node-id and no --count beside it",
+        ),
         (("--fault", "no-such", "--slcan-pty", "x"), "no-such"),
     ],
 )
