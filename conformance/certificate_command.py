@@ -17,7 +17,9 @@ NAME = "certificate.pdf"
 
 
 def certificate(
-    run: Annotated[list[Path], typer.Argument(help="Folder of a run, or its results.json.")],
+    run: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Folders of runs, or their results.json.")
+    ],
     output: Annotated[
         Path | None,
         typer.Option(help="The PDF; certificate.pdf beside the record, or here for several runs."),

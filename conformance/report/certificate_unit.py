@@ -22,6 +22,7 @@ from conformance.report.identity import identity
 from conformance.report.printable import printable
 from conformance.report.record import Record
 from conformance.report.results import VERDICTS, Item
+from conformance.report.shown_statements import coverage
 
 MOST_DEVIATIONS: Final = 10
 MOST_REMARKS: Final = 4
@@ -256,6 +257,9 @@ def _not_judged(record: Record) -> Iterator[str]:
     if others:
         more = many(len(order) - MOST_REASONS, "other reason")
         yield f"{others} more for {more}: see {record.path.name}."
+    covered = coverage(record)
+    fates = ", ".join(f"{count} {words}" for words, count in covered.counts.items())
+    yield f"Statements of the manual: {fates or printable(covered.missing)}."
     if record.scan is not None:
         yield printable(f"A {record.scan}.", MOST_OF_A_NOTE)
 

@@ -17,7 +17,8 @@ _SHOWN: Final = (
     range(0x20AC, 0x20AD),  # the euro sign
     range(0x2190, 0x2300),  # arrows, mathematical signs
 )
-_LONG_WORD: Final = re.compile(r"\S{16}(?=\S)")
+_LONG_WORD: Final = re.compile(r"\S{21,}")
+_PART: Final = re.compile(r"\S{16}(?=\S)")
 
 
 def printable(text: str, most: int = MOST) -> str:
@@ -36,7 +37,7 @@ def printable(text: str, most: int = MOST) -> str:
 
 def breakable(text: str) -> str:
     """Return a text in which a line can end within a long word."""
-    return _LONG_WORD.sub(lambda found: found[0] + ZERO_WIDTH_SPACE, text)
+    return _LONG_WORD.sub(lambda word: _PART.sub(rf"\g<0>{ZERO_WIDTH_SPACE}", word[0]), text)
 
 
 def _is_shown(character: str) -> bool:

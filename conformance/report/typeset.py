@@ -31,9 +31,9 @@ def to_pdf(certificate: Certificate) -> bytes:
 
 
 def _breakable(value: Any) -> Any:
-    """Return data of which every text can be broken into lines."""
+    """Return data of which every text can be broken into lines, but for hashes to copy."""
     if isinstance(value, str):
         return breakable(value)
     if isinstance(value, dict):
-        return {key: _breakable(part) for key, part in value.items()}
+        return {key: part if key == "sha256" else _breakable(part) for key, part in value.items()}
     return [_breakable(part) for part in value] if isinstance(value, list | tuple) else value

@@ -76,7 +76,11 @@ def item(number: int, verdict: str = "pass", **more: object) -> dict[str, object
 
 
 def record_of(*items: dict[str, object], verdict: str = "conforms", **summary: object) -> Any:
+    said = {"source": "7.2.11", "says": "The heartbeat has a period."}
+    shown = said | {"id": "A-1", "verified_by": ["HB-01"]}
+    hidden = said | {"id": "A-2", "because": "nothing on a bus shows it"}
     return {
+        "manual": {"statements": [shown, hidden]},
         "run": deepcopy(RUN),
         "device": deepcopy(DEVICE),
         "items": list(items),
@@ -116,6 +120,7 @@ def test_it_says_what_was_judged_how_and_with_what_verdict(
     assert "2026-03-01T08:00:00+00:00" in page
     assert SHA256 in page.replace(" ", "")
     assert read_record(tmp_path / "0.json").sha256 in page
+    assert "Statements of the manual: 1 shown, 1 not visible on a bus." in page
     assert "page 1 of 1" in page
     assert all(word in page for word in ("Name", "Date", "Signature"))
     assert "PARTIAL" not in page
