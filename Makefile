@@ -41,6 +41,7 @@ reference: .venv/installed-dev
 	$(BIN)/python -m conformance.checks.reference
 
 samples: .venv/installed-dev
+	$(BIN)/python tests/running/sample_runs.py
 	$(BIN)/python tests/independent/samples.py
 
 clean:

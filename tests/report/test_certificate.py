@@ -202,7 +202,7 @@ def test_what_was_skipped_and_why_is_told_and_the_verdict_is_about_the_rest(
     text_of: Callable[..., list[str]],
 ) -> None:
     left = [item(n, "skipped", service="power", reason="no switch") for n in range(3)]
-    record = record_of(item(9), *left)
+    record = record_of(item(9), *left, item(8, "not_applicable", service="lights"))
     record["run"]["not_judged"] = ["time_stamp"]
 
     (page,) = text_of(record)
@@ -295,7 +295,7 @@ def test_no_text_of_a_record_is_markup_or_without_end(
     verdicts = [*["fail"] * 30, *["skipped"] * 30]
     record = _with_every_text(record_of(*map(item, range(60), verdicts)), text)
     record["summary"]["verdict"] = "deviates"
-    record["run"]["acceptance"] = text
+    record["run"]["acceptance"] = record["run"]["select"] = text
     record["run"]["faults"] = record["run"]["not_judged"] = [f"{n}{text}" for n in range(30)]
     record["device"]["identity"] = {f"{n}{text}": text for n in range(30)}
     for number, (made, verdict) in enumerate(zip(record["items"], verdicts, strict=True)):
