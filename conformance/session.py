@@ -21,8 +21,8 @@ from conformance.second_tries import SecondTries
 from conformance.verdict import EmptyCheckError, Nonconformity, Unresolved, Verdict, VerdictWord
 
 CHECK_TIMEOUT_S = 120
-PERSON_TIMEOUT_S = 3600
-"""For a check during which a person switches and tilts, each with a time limit of its own."""
+WAITING_TIMEOUT_S = 3600
+"""For a check that waits for a person or a temperature, each time with a time limit of its own."""
 
 _ABSENT = Case("", None, "")
 RUN = pytest.StashKey[Run]()
@@ -37,8 +37,8 @@ def attach(config: pytest.Config) -> None:
     except SpecError as error:
         raise pytest.UsageError(str(error)) from error
     if config.pluginmanager.hasplugin("timeout") and not config.option.timeout:
-        person = run.definition.waits_for_a_person
-        config.option.timeout = PERSON_TIMEOUT_S if person else CHECK_TIMEOUT_S
+        waits = run.definition.waits_long
+        config.option.timeout = WAITING_TIMEOUT_S if waits else CHECK_TIMEOUT_S
     if not run.definition.tells_of_errors:
         config.pluginmanager.register(SecondTries(run), "conformance-second-tries")
     config.pluginmanager.register(ConformanceSession(config, run), "conformance-session")

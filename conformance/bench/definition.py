@@ -9,13 +9,14 @@ from typing import Annotated, Any, Literal, Self, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from conformance.bench.bus.stamps import Stamps, stamper_of, usual_jitter_ms
-from conformance.bench.who import Power, Stimulus, TiltBy
+from conformance.bench.who import MachineBy, Power, Stimulus
 from conformance.effects import Effect, Need
 from conformance.errors import Problem, SpecError
 from conformance.spec.validation import validate
 from conformance.spec.yaml_reader import read_yaml
 
-Quantity: TypeAlias = Literal["tilt", "temperature", "supply"]
+Exposed: TypeAlias = Literal["temperature", "supply"]
+Quantity: TypeAlias = Literal["tilt"] | Exposed
 
 
 _SET_UP_BY_OTHERS = ("socketcan", "socketcand", "remote", "udp_multicast", "virtual")
@@ -48,6 +49,8 @@ class BenchDefinition(BaseModel):
         power: Who switches the device's supply.
         stimulus: What can be changed around the device, and by whom; a person or a machine tilts alone.
         tolerance_deg: By how much a tilt may be off that the simulator does not make, about each axis.
+        tolerance_k: By how much a temperature may be off that the simulator does not make.
+        tolerance_v: By how much a supply voltage may be off that the simulator does not make.
         operator: Who answers questions about what only eyes can see.
         second_node: Who adds another node of the same kind to the bus.
         bus_errors: Who destroys frames, so that the device counts errors.
@@ -73,6 +76,8 @@ class BenchDefinition(BaseModel):
     power: Power = "none"
     stimulus: dict[Quantity, Stimulus] = {}
     tolerance_deg: Annotated[float, Field(ge=0, le=10)] = 2.0
+    tolerance_k: Annotated[float, Field(ge=0, le=10)] = 1.0
+    tolerance_v: Annotated[float, Field(ge=0, le=10)] = 0.2
     operator: Literal["none", "simulator", "terminal"] = "none"
     second_node: Literal["none", "simulator"] = "none"
     bus_errors: Literal["none", "simulator"] = "none"
@@ -85,27 +90,34 @@ class BenchDefinition(BaseModel):
 
     @model_validator(mode="after")
     def _people(self) -> Self:
-        asked = [it for it in ("power", "stimulus.tilt") if it in self._by_operator()]
+        asked = self._by_operator()
         if asked and self.operator == "none":
             raise ValueError(f"expected an operator for {' and '.join(asked)}, got none")
-        for quantity in ("temperature", "supply"):
-            if self.stimulus.get(quantity, "simulator") != "simulator":
-                raise ValueError(f"expected the simulator for stimulus.{quantity}, got another")
+        for quantity, by in self.stimulus.items():
+            if quantity != "tilt" and isinstance(by, MachineBy) and by.sudden:
+                raise ValueError(f"expected sudden for stimulus.tilt alone, got it for {quantity}")
         return self
 
     def _by_operator(self) -> list[str]:
-        by = {"power": self.power, "stimulus.tilt": self.stimulus.get("tilt")}
+        by = {"power": self.power, **{f"stimulus.{it}": by for it, by in self.stimulus.items()}}
         return [name for name, who in by.items() if who == "operator"]
 
     @property
-    def waits_for_a_person(self) -> bool:
-        """Checks wait until a person has switched or tilted something."""
-        return bool(self._by_operator())
+    def waits_long(self) -> bool:
+        """Checks wait until a person has done something, or the device has another temperature."""
+        return bool(self._by_operator()) or self._by_others("temperature")
 
-    @property
-    def tilt_off_deg(self) -> float:
-        """By how much a tilt may be off about each axis; 0 where the simulator tilts."""
-        return 0.0 if self.stimulus.get("tilt", "simulator") == "simulator" else self.tolerance_deg
+    def _by_others(self, quantity: Quantity) -> bool:
+        return self.stimulus.get(quantity, "simulator") != "simulator"
+
+    def off(self, quantity: Quantity) -> float:
+        """Return by how much a quantity may be off from what it is to be; 0 where the simulator sets it."""
+        tolerances: dict[Quantity, float] = {
+            "tilt": self.tolerance_deg,
+            "temperature": self.tolerance_k,
+            "supply": self.tolerance_v,
+        }
+        return tolerances[quantity] if self._by_others(quantity) else 0.0
 
     @property
     def simulated(self) -> bool:
@@ -156,7 +168,7 @@ class BenchDefinition(BaseModel):
             return self.bus_errors != "none"
         if need == "sudden-tilt":
             by = self.stimulus.get("tilt")
-            return by.sudden if isinstance(by, TiltBy) else by == "simulator"
+            return by.sudden if isinstance(by, MachineBy) else by == "simulator"
         return need in self.stimulus
 
 

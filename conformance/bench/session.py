@@ -19,6 +19,7 @@ from conformance.bench.node.reach import Place, Reach
 from conformance.bench.node.sdo import MOST_IN_VAIN
 from conformance.bench.opening import open_bus
 from conformance.bench.services.illegal import Illegal
+from conformance.bench.surroundings.exposing import exposings_of
 from conformance.bench.surroundings.operator import Operator, operator_of
 from conformance.bench.surroundings.power import supply_of
 from conformance.bench.surroundings.remote_rig import RemoteRig
@@ -58,6 +59,7 @@ class Bench:
         self.reach = Reach(link, self.channel, spec, home, definition.boot_up_timeout_s)
         self._supply = supply_of(definition, link, lambda: self.operator)
         self.tilting = tilting_of(definition, lambda: self.operator)
+        self.exposings = exposings_of(definition, lambda: self.operator)
 
     @classmethod
     def open(

@@ -1,4 +1,4 @@
-"""What a bench file says of who switches the supply and who tilts the device."""
+"""What a bench file says of who switches the supply, and who tilts the device or exposes it otherwise."""
 
 from __future__ import annotations
 
@@ -67,11 +67,11 @@ class PowerBy(_Part):
         return self
 
 
-class TiltBy(_Part):
-    """A machine that tilts the device.
+class MachineBy(_Part):
+    """A machine that tilts the device, or brings it to a temperature or a supply voltage.
 
     Args:
-        entry_point: Name in the entry point group ``canopen_conformance.tilt``.
+        entry_point: Name in the entry point group ``canopen_conformance.tilt``, ``.temperature`` or ``.supply``.
         sudden: It tilts at once, so that the device's filters can be seen.
     """
 
@@ -89,6 +89,7 @@ Power: TypeAlias = Annotated[
     Discriminator(_form),
 ]
 Stimulus: TypeAlias = Annotated[
-    Annotated[Literal["simulator", "operator"], Tag("named")] | Annotated[TiltBy, Tag("described")],
+    Annotated[Literal["simulator", "operator"], Tag("named")]
+    | Annotated[MachineBy, Tag("described")],
     Discriminator(_form),
 ]

@@ -53,7 +53,7 @@ def heartbeat(node: Node, spec: DeviceSpec) -> HeartbeatPort:
 @pytest.fixture
 def stimulus(bench: Bench, node: Node) -> Iterator[Stimulus]:
     """What can be changed around the node; it is brought back afterwards."""
-    stimulus = Stimulus(bench.link, Settling(node), bench.tilting)
+    stimulus = Stimulus(bench.link, Settling(node), bench.tilting, bench.exposings)
     yield stimulus
     stimulus.rest()
 

@@ -7,6 +7,8 @@ timer that is ten per cent slow.
 
 from __future__ import annotations
 
+from conformance.spec.model import DeviceSpec
+
 _MEAN = 0.05
 _GAP = 0.05
 _TICK_MS = 2.0
@@ -38,6 +40,8 @@ GRAVITY_G = 0.1
 
 _SUPPLY = 0.05
 _DIODE_V = 1.0
+_FROM_THE_END_V = 0.1
+"""How far inside its documented range a device is supplied, beside what the bench may be off."""
 
 
 def tilt_tolerance_deg(step_deg: float) -> float:
@@ -48,3 +52,18 @@ def tilt_tolerance_deg(step_deg: float) -> float:
 def supply_tolerance_v(volt: float) -> float:
     """Return how far a supply voltage may be shown wrong: 5 % and the drop of a diode."""
     return volt * _SUPPLY + _DIODE_V
+
+
+def allowed_supply_v(spec: DeviceSpec, volt: float, off_v: float) -> float:
+    """Return the voltage nearest to some voltage with which a device may be supplied.
+
+    Args:
+        spec: The device's.
+        volt: In volts.
+        off_v: By how much the bench may be off.
+    """
+    supply = spec.services.supply
+    if supply is None:
+        return volt
+    off_v += _FROM_THE_END_V
+    return min(max(volt, supply.min_v + off_v), supply.max_v - off_v)

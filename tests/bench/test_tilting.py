@@ -130,7 +130,6 @@ def test_a_machine_tilts_at_once_where_the_bench_says_so() -> None:
     [
         ("stimulus: {tilt: hand}", "stimulus.tilt: expected 'simulator' or 'operator', got 'hand'"),
         ("stimulus: {tilt: operator}\noperator: none", "expected an operator for stimulus.tilt"),
-        ("stimulus: {supply: operator}", "expected the simulator for stimulus.supply, got another"),
         ("tolerance_deg: -1", "tolerance_deg: expected at least 0.0, got -1"),
         ("stimulus: {tilt: {sudden: true}}", "stimulus.tilt.entry_point: expected this key"),
     ],

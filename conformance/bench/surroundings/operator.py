@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
 import time
@@ -12,12 +13,15 @@ from queue import Empty, SimpleQueue
 from typing import Final, TextIO
 
 from conformance.bench.bus.link import Link
-from conformance.bench.definition import BenchDefinition
+from conformance.bench.definition import BenchDefinition, Exposed
 from conformance.bench.surroundings.rig import Surroundings
 from conformance.errors import SetupRefused
 
 ANSWER_S: Final = 90.0
 """How long a person has for an answer; a check that hangs is ended later than that."""
+
+WARMING_S: Final = 1000.0
+"""How long a person has to bring the device to a temperature."""
 
 REACTION_S: Final = 0.2
 """How long after a change the simulated operator begins to look."""
@@ -27,6 +31,9 @@ GLANCE_S: Final = 0.01
 
 LIKENESS: Final = 0.25
 """How far a time may be off, as a share of it, for the simulated operator to take it for that time."""
+
+MIDDLE_V: Final = 20.0
+"""A supply voltage near the middle of what is usual."""
 
 ON: Final = "steadily on"
 OFF: Final = "steadily off"
@@ -88,6 +95,19 @@ class Operator(ABC):
             SetupRefused: There is no answer.
         """
 
+    @abstractmethod
+    def expose(self, quantity: Exposed, value: float | None, tolerance: float) -> None:
+        """Bring the device to a temperature or a supply voltage, and return once it is there.
+
+        Args:
+            quantity: Which.
+            value: In degrees Celsius or volts; None for what it usually is.
+            tolerance: By how much it may be off, in kelvins or volts.
+
+        Raises:
+            SetupRefused: There is no answer.
+        """
+
 
 class TerminalOperator(Operator):
     """A person who answers by a number; the bus goes on being heard meanwhile.
@@ -137,16 +157,25 @@ class TerminalOperator(Operator):
         alone = ", keep the other axis level" if len(angles) == 1 else ""
         self._have_done(f"{what} (within {tolerance_deg:g} deg){alone}, and leave it at rest")
 
-    def _have_done(self, what: str) -> None:
-        """Ask for something, and wait for Enter."""
-        self._answer(f"{what}, then press Enter: ")
+    def expose(self, quantity: Exposed, value: float | None, tolerance: float) -> None:
+        """Ask for a supply voltage, or for a temperature, which takes its time."""
+        if quantity == "supply":
+            to = f"{value:g} V (within {tolerance:g} V)" if value is not None else "what is usual"
+            self._have_done(f"Set the supply of the sensor to {to}")
+            return
+        to = f"{value:g} degC (within {tolerance:g} K)" if value is not None else "room temperature"
+        self._have_done(f"Bring the sensor to {to}, and wait until all of it has that", WARMING_S)
 
-    def _answer(self, prompt: str) -> str:
+    def _have_done(self, what: str, answer_s: float = ANSWER_S) -> None:
+        """Ask for something, and wait for Enter."""
+        self._answer(f"{what}, then press Enter: ", answer_s)
+
+    def _answer(self, prompt: str, answer_s: float = ANSWER_S) -> str:
         """Ask once and return the line that comes."""
         self._forget()
         self._questions.write(prompt)
         self._questions.flush()
-        return self._line(time.monotonic() + ANSWER_S)
+        return self._line(time.monotonic() + answer_s)
 
     def _forget(self) -> None:
         """Forget what came too late for the question before."""
@@ -230,6 +259,16 @@ class SimulatedOperator(Operator):
         self._link.listen(REACTION_S, lambda _: False)
         off_deg = tolerance_deg if (x_deg, y_deg) != (0.0, 0.0) else 0.0
         self._rig.set_tilt(x_deg + off_deg, y_deg + off_deg)
+
+    def expose(self, quantity: Exposed, value: float | None, tolerance: float) -> None:
+        """Expose the simulated device, as far off as is allowed, away from the middle."""
+        self._link.listen(REACTION_S, lambda _: False)
+        if value is None:
+            self._rig.at_rest()
+        elif quantity == "temperature":
+            self._rig.set_temperature(value + math.copysign(tolerance, value))
+        else:
+            self._rig.set_supply_voltage(value + math.copysign(tolerance, value - MIDDLE_V))
 
     def _changes(self, light: str, most_s: float, count: int) -> list[tuple[float, bool]]:
         """Return when the light changes, and to what; until there are so many, or no more come."""

@@ -8,7 +8,7 @@ from typing import Final, Protocol
 from conformance.bench.definition import BenchDefinition
 from conformance.bench.surroundings.entry_points import called, made
 from conformance.bench.surroundings.operator import Operator
-from conformance.bench.who import TiltBy
+from conformance.bench.who import MachineBy
 
 GROUP: Final = "canopen_conformance.tilt"
 LEVEL: Final = (0.0, 0.0)
@@ -61,11 +61,11 @@ def tilting_of(definition: BenchDefinition, operator: Callable[[], Operator]) ->
     Raises:
         BenchError: It is not there.
     """
-    by = definition.stimulus.get("tilt")
-    if isinstance(by, TiltBy):
-        return Tilting(_ByEntryPoint(by.entry_point), definition.tilt_off_deg)
+    by, off_deg = definition.stimulus.get("tilt"), definition.off("tilt")
+    if isinstance(by, MachineBy):
+        return Tilting(_ByEntryPoint(by.entry_point), off_deg)
     if by == "operator":
-        return Tilting(_ByOperator(operator, definition.tilt_off_deg), definition.tilt_off_deg)
+        return Tilting(_ByOperator(operator, off_deg), off_deg)
     return None
 
 
