@@ -79,6 +79,8 @@ def _effects(run: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
 def _files(record: Record, trace: TraceFile) -> Iterator[tuple[str, object]]:
     run = record.run
     yield "suite", f"canopen-conformance {run.get('suite')}" if run.get("suite") else ""
+    if "acceptance" in run:
+        yield "acceptance run", "yes" if run["acceptance"] else "no"
     yield "spec", run.get("spec")
     yield "SHA-256 of the spec", run.get("spec_sha256")
     yield "EDS", run.get("eds")

@@ -83,19 +83,20 @@ def write_page(record: Record) -> Path:
 
 def to_html(record: Record) -> str:
     """Return the page of a record."""
-    trace = TraceFile(record.trace)
+    trace, counts = TraceFile(record.trace), record.counts()
     failed = [item for item in record.items if item.verdict == "fail"]
     findings = _findings(failed, trace)
     return render(
         "report.html.j2",
         record=record,
         device=record.device,
-        counts=record.counts(),
+        counts=counts,
         verdicts=VERDICTS,
         deviations=[it for it in findings if record.deviates(it.item)],
         remarks=[it for it in findings if not record.deviates(it.item)],
-        undecided=[item for item in record.items if item.verdict == "inconclusive"],
+        undecided=_undecided(record.items),
         skipped=Counter(item.reason for item in record.items if item.verdict == "skipped"),
+        whole=record.summary.complete and not record.run.get("select") and not counts["skipped"],
         cautions=list(_cautions(record)),
         identity=identity(record.device.identity),
         facts=facts(record, trace),
@@ -143,6 +144,19 @@ def _cautions(record: Record) -> Iterable[str]:
     if isinstance(not_judged, list) and not_judged:
         words = ", ".join(str(name).replace("_", " ") for name in not_judged)
         yield f"The manual documents services that these checks do not judge: {words}."
+
+
+def _undecided(items: Iterable[Item]) -> dict[tuple[str, str], list[str]]:
+    """Return requirement and reason of what could not be decided, to the objects it was about.
+
+    Reasons that differ by the name of the object alone are one.
+    """
+    found: dict[tuple[str, str], list[str]] = {}
+    for item in items:
+        if item.verdict == "inconclusive":
+            reason = item.reason.replace(item.object, "it") if item.object else item.reason
+            found.setdefault((item.requirement, reason), []).append(item.object)
+    return found
 
 
 def _by_service(items: Iterable[Item]) -> dict[str, Counter[str]]:

@@ -208,6 +208,48 @@ def test_the_verdict_is_that_of_the_record(verdict: str, words: str, tmp_path: P
     assert "The run ended early: the plug was pulled" in page.text
 
 
+@pytest.mark.parametrize(("select", "skips"), [("HB", False), ("", True)])
+def test_a_part_of_the_items_conforms_as_far_as_they_go(
+    select: str, skips: bool, tmp_path: Path
+) -> None:
+    folder = record(tmp_path, verdict="skipped" if skips else "pass", reason="no supply")
+    content = json.loads((folder / "results.json").read_text("utf-8"))
+    content["summary"] = {"verdict": "conforms"}
+    content["run"]["select"] = select
+    (folder / "results.json").write_text(json.dumps(content), encoding="utf-8")
+
+    text = Page(to_html(read_record(folder))).text
+
+    assert "Conforms as far as it was asked" in text
+    assert "the device does what its manual says" not in text
+
+
+def test_what_could_not_be_decided_is_told_once_for_each_reason(tmp_path: Path) -> None:
+    folder = record(tmp_path, verdict="inconclusive", reason="the node was silent")
+    content = json.loads((folder / "results.json").read_text("utf-8"))
+    content["items"] = [
+        content["items"][0] | {"object": name, "id": f"thing/HB-01/{name}", "reason": f"{name} hid"}
+        for name in (f"20{n:02X}h" for n in range(8))
+    ]
+    (folder / "results.json").write_text(json.dumps(content), encoding="utf-8")
+
+    text = Page(to_html(read_record(folder))).text
+
+    assert "Not decided (8)" in text
+    assert "2000h, 2001h, 2002h, 2003h, 2004h, 2005h and 2 moreit hid" in text
+
+
+def test_a_page_that_cannot_be_written_gets_a_sentence(
+    command: Callable[..., Any], tmp_path: Path
+) -> None:
+    (record(tmp_path) / "report.html").mkdir()
+
+    finished = command("report", tmp_path)
+
+    assert finished.code == 2
+    assert f"cannot write {tmp_path / 'report.html'}" in finished.err
+
+
 def test_a_record_of_few_words_makes_a_page_too(tmp_path: Path) -> None:
     page = Page(to_html(read_record(record(tmp_path))))
 
