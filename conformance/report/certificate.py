@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from conformance.errors import SpecError
+from conformance.report.cautions import is_simulated
 from conformance.report.certificate_table import listed, many
-from conformance.report.certificate_unit import Unit, is_simulated, unit_of
+from conformance.report.certificate_unit import Unit, unit_of
 from conformance.report.printable import printable
 from conformance.report.record import Record
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from conformance.errors import SpecError
+from conformance.report.cautions import cautions
 from conformance.report.certificate_table import (
     MOST_NAMED,
     MOST_OF_A_NAME,
@@ -117,11 +118,6 @@ def unit_of(record: Record, lot: str) -> Unit:
     )
 
 
-def is_simulated(record: Record) -> bool:
-    """Tell whether no real device was judged."""
-    return record.run.get("interface") == "canopen_simulator"
-
-
 def _seen(record: Record) -> str:
     """Return the verdict that items and troubles of a record come to.
 
@@ -165,30 +161,14 @@ def _partial(record: Record) -> str:
     """Return why a record is no acceptance: only a run that says so of itself is one."""
     if record.run.get("acceptance") is True:
         return ""
-    if select := record.run.get("select"):
-        named = printable(str(select), MOST_OF_A_VALUE)
-        return f"This is no acceptance: only items selected by “{named}” were run."
     return "This is no acceptance: the record is not that of an acceptance run."
 
 
 def _notes(record: Record, seen: str) -> Iterator[str]:
-    run, summary = record.run, record.summary
-    if is_simulated(record):
-        yield "A simulated device was judged, no real one."
-    faults = run.get("faults")
-    if isinstance(faults, list) and faults:
-        yield f"It was given defects on purpose: {listed(map(str, faults))}."
-    if spec := _text(run.get("simulate_spec")):
-        yield f"It was built from another spec: {spec}."
-    if summary.aborted:
-        yield f"The run ended early: {printable(summary.aborted, MOST_OF_A_NOTE)}"
-    elif not summary.complete:
-        yield "The run did not come to its end: items are missing."
-    for text in (summary.left_changed, summary.illegal):
-        if text:
-            yield printable(text, MOST_OF_A_NOTE)
-    if summary.verdict != seen:
-        yield f"The record's summary says “{summary.verdict}”; its items do not bear that out."
+    yield from (printable(caution, MOST_OF_A_NOTE) for caution in cautions(record))
+    said = record.summary.verdict
+    if said != seen:
+        yield f"The record's summary says “{said}”; its items do not bear that out."
 
 
 def _device(record: Record, lot: str) -> Iterator[Pair]:
@@ -236,10 +216,6 @@ def _run(record: Record) -> Iterator[Pair]:
 
 
 def _not_judged(record: Record) -> Iterator[str]:
-    services = record.run.get("not_judged")
-    if isinstance(services, list) and services:
-        named = listed(str(it).replace("_", " ") for it in services)
-        yield f"The manual documents services that no check judges: {named}."
     left_out = _left_out(record.items)
     if left_out:
         yield f"Services of which nothing could be judged: {listed(left_out)}."

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from conformance.errors import BenchError
+from conformance.report.cautions import cautions
 from conformance.report.frames import Evidence, TraceFile
 from conformance.report.identity import identity
 from conformance.report.pages import render
@@ -97,7 +98,7 @@ def to_html(record: Record) -> str:
         undecided=_undecided(record.items),
         skipped=Counter(item.reason for item in record.items if item.verdict == "skipped"),
         whole=record.summary.complete and not record.run.get("select") and not counts["skipped"],
-        cautions=list(_cautions(record)),
+        cautions=list(cautions(record)),
         identity=identity(record.device.identity),
         facts=facts(record, trace),
         plots=plots(record.items, record.run.get("sdo_response_times")),
@@ -122,28 +123,6 @@ def _findings(failed: Iterable[Item], trace: TraceFile) -> list[Finding]:
             evidence = Evidence(note="The frames are not shown: there are many deviations.")
         found.append(Finding(item, evidence))
     return found
-
-
-def _cautions(record: Record) -> Iterable[str]:
-    """Return what a reader has to know before the verdict is relied on."""
-    run, summary = record.run, record.summary
-    if run.get("interface") == "canopen_simulator":
-        yield "A simulated device was judged, no real one."
-    if run.get("faults"):
-        yield f"It was given defects on purpose: {', '.join(map(str, run['faults']))}."
-    if run.get("simulate_spec"):
-        yield f"It was built from another spec: {run['simulate_spec']}."
-    if run.get("select"):
-        yield f"Only a part of the items was judged, those selected by “{run['select']}”."
-    if summary.aborted:
-        yield f"The run ended early: {summary.aborted}"
-    elif not summary.complete:
-        yield "The run did not come to its end: items are missing."
-    yield from (text for text in (summary.left_changed, summary.illegal) if text)
-    not_judged = run.get("not_judged")
-    if isinstance(not_judged, list) and not_judged:
-        words = ", ".join(str(name).replace("_", " ") for name in not_judged)
-        yield f"The manual documents services that these checks do not judge: {words}."
 
 
 def _undecided(items: Iterable[Item]) -> dict[tuple[str, str], list[str]]:

@@ -210,7 +210,7 @@ def test_what_was_skipped_and_why_is_told_and_the_verdict_is_about_the_rest(
     assert "The device conforms to its manual in what was judged" in page
     assert "3 skipped: no switch (HB-01)" in page
     assert "Services of which nothing could be judged: power." in page
-    assert "no check judges: time stamp." in page
+    assert "these checks do not judge: time stamp." in page
 
 
 def test_a_simulated_device_is_called_one(text_of: Callable[..., list[str]]) -> None:
