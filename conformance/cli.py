@@ -17,6 +17,7 @@ from conformance.commissioning.command import commission
 from conformance.doctor_command import benches, doctor
 from conformance.errors import ConformanceError, SpecError
 from conformance.explore.command import explore
+from conformance.lots.command import inspect
 from conformance.mutants.command import mutants
 from conformance.options import RunOptions
 from conformance.recover_command import recover
@@ -71,6 +72,7 @@ app.command()(certificate)
 app.command()(benches)
 app.command()(doctor)
 app.command()(commission)
+app.command()(inspect)
 
 
 @app.command()

@@ -1,0 +1,1 @@
+"""Lots of a delivery: how many units to draw, which, and whether the lot is accepted."""

@@ -1,0 +1,241 @@
+"""The command line's `inspect`: the inspection of a delivery, interrupted and resumed at any time."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+
+from conformance.errors import BenchError, SpecError
+from conformance.lots.inspection import (
+    NAME,
+    Inspection,
+    Running,
+    Sampling,
+    Unit,
+    draw,
+    load_inspection,
+)
+from conformance.lots.judging import Judging, first_trouble, require_same
+from conformance.lots.lot_file import Lot, load_lot
+from conformance.lots.page import print_plan, print_summary, say_try, to_html
+from conformance.lots.plans import plan_of, whole_lot
+from conformance.lots.series import conclude, load_series, scheme_for
+from conformance.lots.statistics import Statistics, statistics_of
+from conformance.lots.verdict import LotVerdict, decide
+from conformance.numbers import node_ids
+from conformance.report.console import console
+
+FOLDER: Final = Path("reports", "lots")
+PAGE: Final = "lot.html"
+MOST_SEED: Final = 2**32
+
+
+def inspect(
+    lot: Annotated[Path, typer.Argument(metavar="LOT", help="Lot file.")],
+    report_dir: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the inspection; reports/lots/NAME of the lot file if absent."),
+    ] = None,
+    retest: Annotated[
+        list[int] | None,
+        typer.Option(metavar="UNIT", help="Judge this unit once more (repeatable)."),
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say which units are drawn; open and write nothing.")
+    ] = False,
+) -> None:
+    """Inspect a lot, or go on with it; exit 0 accepted, 1 not accepted, 2 not decided, 3 usage."""
+    read = load_lot(lot)
+    judging = Judging.of(read)
+    folder = report_dir or FOLDER / lot.stem
+    begun = load_inspection(folder)
+    if begun is not None:
+        require_same(read, begun.sha256, folder)
+    inspection = begun or _begin(read)
+    again = _drawn(inspection, retest or [])
+    print_plan(read, inspection, console)
+    if dry_run:
+        return
+    work = _Work(read, judging, inspection, folder)
+    try:
+        work.do(again)
+    finally:
+        verdict = work.finish()
+    if verdict.word == "not decided":
+        raise BenchError("the lot is not decided yet: inspect it again to go on")
+    raise typer.Exit(verdict.exit_code)
+
+
+def _begin(lot: Lot) -> Inspection:
+    """Return an inspection that has not begun: the plan, and the units drawn."""
+    content = lot.content
+    severity = content.severity or "normal"
+    if content.series:
+        path = Path(lot.path.parent, content.series)
+        severity = scheme_for(lot, load_series(path, lot)).severity
+    if content.level == "all" or content.aql is None:
+        plan = Sampling(**asdict(whole_lot(content.units)))
+    else:
+        made = plan_of(content.units, content.level, content.aql, severity)
+        plan = Sampling(**asdict(made), severity=severity)
+    seed = secrets.randbelow(MOST_SEED) if content.seed is None else content.seed
+    return Inspection(
+        lot=content.model_dump(mode="json", exclude_none=True),
+        sha256=lot.sha256,
+        plan=plan,
+        seed=seed,
+        units=[Unit(unit=it) for it in draw(content.names, plan.sample, seed)],
+    )
+
+
+def _drawn(inspection: Inspection, asked: list[int]) -> list[Unit]:
+    """Return the units to judge once more."""
+    known = {it.unit: it for it in inspection.units}
+    for unit in asked:
+        if unit not in known:
+            raise SpecError(f"--retest: expected a unit that was drawn, got {unit}")
+    return [known[unit] for unit in asked]
+
+
+class _Work:
+    """The units of one inspection are judged, one after the other.
+
+    Args:
+        lot: The lot.
+        judging: How its units are judged.
+        inspection: Its state.
+        folder: Of the inspection.
+    """
+
+    def __init__(self, lot: Lot, judging: Judging, inspection: Inspection, folder: Path) -> None:
+        self._lot = lot
+        self._judging = judging
+        self._inspection = inspection
+        self._folder = folder
+        ids = lot.content.node_ids
+        self._node_ids: list[int | None] = [*node_ids("node_ids", ids)] if ids else [None]
+
+    def do(self, again: list[Unit]) -> None:
+        """Judge what is to be judged.
+
+        Args:
+            again: Units to judge once more, before the others.
+
+        Raises:
+            BenchError: The bench failed, or nobody connects a unit.
+            KeyboardInterrupt: The user ended it.
+        """
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BenchError(f"cannot make {self._folder}: {error.strerror}") from error
+        self._tell_broken_off()
+        asked = {it.unit for it in again}
+        waiting = [it for it in self._inspection.units if not it.tries and it.unit not in asked]
+        self._inspection.keep(self._folder)
+        for group in self._groups([*again, *waiting]):
+            if not self._connect([(unit, node_id) for unit, node_id in group]):
+                return
+            for unit, node_id in group:
+                self._judge(unit, node_id)
+                for _ in range(self._lot.content.retests):
+                    if unit.verdict != "undecided" or unit.tries[-1].other:
+                        break
+                    self._judge(unit, node_id)
+                self._look_at_bench()
+
+    def finish(self) -> LotVerdict:
+        """Write and print what came of it so far, and return the verdict."""
+        verdict, numbers = self._concluded()
+        inspection, series = self._inspection, self._lot.content.series
+        if verdict.word != "not decided" and not verdict.waiting and not inspection.concluded:
+            if series and not self._lot.content.resubmitted:
+                conclude(Path(self._lot.path.parent, series), self._lot, inspection, verdict)
+            inspection.concluded = True
+            self._concluded()
+        page = self._folder / PAGE
+        try:
+            page.write_text(
+                to_html(self._lot, inspection, verdict, numbers), encoding="utf-8", newline="\n"
+            )
+        except OSError as error:
+            raise BenchError(f"cannot write {page}: {error.strerror}") from error
+        print_summary(self._lot, inspection, verdict, numbers, console)
+        console.say(f"record: {self._folder} ({PAGE}, {NAME}, and a folder for each run)")
+        return verdict
+
+    def _concluded(self) -> tuple[LotVerdict, Statistics]:
+        """Write the state with the verdict and the statistics, and return those."""
+        verdict = decide(self._inspection)
+        numbers = statistics_of(self._inspection, self._lot.content.serials)
+        more: dict[str, Any] = {
+            "verdict": {**asdict(verdict), "exit_code": verdict.exit_code},
+            "statistics": numbers.as_keys(),
+        }
+        self._inspection.keep(self._folder, **more)
+        return verdict, numbers
+
+    def _tell_broken_off(self) -> None:
+        """Tell of a run that was killed; it is run again, in another folder."""
+        broken = self._inspection.running
+        if broken is None:
+            return
+        folder = self._folder / broken.folder
+        self._inspection.running = None
+        text = f"the run of unit {broken.unit} was broken off, and is run again"
+        if not self._judging.bench.simulated:
+            text += f"; if that sensor is still connected: canopen-conformance recover {folder}"
+        console.warn(text)
+
+    def _groups(self, units: list[Unit]) -> Iterator[list[tuple[Unit, int | None]]]:
+        """Return the units that are on the bus together, each with its node-ID."""
+        for first in range(0, len(units), len(self._node_ids)):
+            some = units[first : first + len(self._node_ids)]
+            yield list(zip(some, self._node_ids, strict=False))
+
+    def _connect(self, group: list[tuple[Unit, int | None]]) -> bool:
+        """Have a person connect some units; tell whether that was done. The simulator needs nobody."""
+        if self._judging.bench.simulated:
+            return True
+        words = [
+            f"unit {unit.unit}" if node_id is None else f"unit {unit.unit} as node {node_id}"
+            for unit, node_id in group
+        ]
+        console.say(f"connect {', '.join(words)}, and no other; press Enter (q: stop here)")
+        try:
+            return input().strip().lower() != "q"
+        except EOFError as error:
+            raise BenchError("nobody is there to connect the units") from error
+
+    def _judge(self, unit: Unit, node_id: int | None) -> None:
+        nth = sum(bool(it.tries) for it in self._inspection.units) + (not unit.tries)
+        name = f"units/{unit.unit}-{len(unit.tries) + 1}"
+        while (self._folder / name).exists():  # of a run that was killed
+            name += "-again"
+        self._inspection.running = Running(unit=unit.unit, folder=name)
+        self._inspection.keep(self._folder)
+        told = {tried.serial for it in self._others(unit) for tried in it.tries}
+        unit.tries.append(self._judging.judge(unit.unit, node_id, self._folder, name, told))
+        self._inspection.running = None
+        self._inspection.keep(self._folder)
+        say_try(nth, self._inspection, unit, console)
+
+    def _others(self, unit: Unit) -> list[Unit]:
+        return [it for it in self._inspection.units if it is not unit]
+
+    def _look_at_bench(self) -> None:
+        """Stop where two units in a row could not be reached at all.
+
+        Raises:
+            BenchError: That is so.
+        """
+        judged = [it.tries[-1] for it in self._inspection.units if it.tries]
+        if trouble := first_trouble(judged):
+            raise BenchError(
+                f"two units in a row could not be judged; look at the bench: {trouble}"
+            )
