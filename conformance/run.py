@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 
 from conformance import resources, scanning
 from conformance.bench.bus.markers import Markers, require_free, require_not_held
@@ -15,11 +15,12 @@ from conformance.bench.definition import load_bench
 from conformance.bench.given_back.as_found import AsFound
 from conformance.bench.given_back.journal import NAME as JOURNAL
 from conformance.bench.given_back.journal import Found, Journal
-from conformance.bench.node.keeping import wear_cycles
 from conformance.bench.overriding import overridden
+from conformance.bench.services.identity import read_identity
 from conformance.bench.session import Bench
 from conformance.effects import WEARING, Effect, Need
 from conformance.errors import BenchError, ConformanceError, NodeTimeout
+from conformance.judged import OnBus, facts_of, item_id, item_of
 from conformance.options import RunOptions, refusal, selection, simulation
 from conformance.provenance import device, manual, provenance
 from conformance.report import repro
@@ -34,8 +35,7 @@ from conformance.scanning import ScanProgress
 from conformance.spec.eds.reader import read_eds
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
-from conformance.verdict import Measurement, Verdict, VerdictWord
-from conformance.wire.datatypes import DataType
+from conformance.verdict import Verdict, VerdictWord
 
 SAVE_EVERY_S = 1.0
 LOST = (
@@ -120,7 +120,7 @@ class Run:
 
     def selects(self, requirement: Requirement, case: Case) -> bool:
         """Tell whether the user's selection includes an item."""
-        identifier, wanted = self.item_id(requirement, case), self.options.repro
+        identifier, wanted = item_id(self.spec, requirement, case), self.options.repro
         if wanted:
             return identifier in (wanted, f"{self.spec.name}/{wanted}")
         return self._selection(identifier)
@@ -152,7 +152,7 @@ class Run:
             self._as_found = AsFound.look(self._bench, self._keep_found, restarts=restarts)
         except NodeTimeout:
             self._as_found = None  # a node that fails so early will fail its items
-        self.results.device["identity"] = self._identity(self._bench)
+        self.results.device["identity"] = read_identity(self._bench.node())
         if self.definition.markers is not None:
             held = {} if self._as_found is None else self._as_found.found.held
             require_not_held(self.definition.markers, self.spec, held)
@@ -189,33 +189,6 @@ class Run:
         except OSError as error:
             raise BenchError(f"cannot make {folder}: {error.strerror}") from error
         return folder
-
-    def _identity(self, bench: Bench) -> dict[str, Any]:
-        """Read what the node says it is; texts from it are data, never trusted."""
-        node = bench.node()
-        identity: dict[str, Any] = {}
-        for entry in self.spec.by_kind("identity"):
-            if not entry.readable or entry.optional:
-                continue
-            try:
-                transfer = node.sdo.upload(entry.index, entry.sub)
-            except NodeTimeout as error:
-                identity[entry.address] = str(error)
-                break
-            if transfer.data is None:
-                identity[entry.address] = str(transfer)
-                if transfer.fault:
-                    break
-            elif entry.type is DataType.VISIBLE_STRING:
-                identity[entry.address] = transfer.data.decode("latin-1")
-            else:
-                identity[entry.address] = transfer.data.hex(" ").upper()
-        return identity
-
-    def item_id(self, requirement: Requirement, case: Case) -> str:
-        """Return the stable id of one item."""
-        parts = (self.spec.name, requirement.id, case.label)
-        return "/".join(part for part in parts if part)
 
     def begin_item(self, *, runs: bool) -> None:
         """Note where an item begins on the bus, and mark it there if it runs.
@@ -281,38 +254,9 @@ class Run:
         reason: str = "",
     ) -> Item:
         """Return the result of one item; what happened on the bus since it began is its trace."""
-        first, last = self._line + 1, self._bench.link.line if self._bench else 0
-        if verdict.trace is not None:
-            first, last = verdict.trace
-        now = self._bench.link.now() if self._bench else 0.0
-        failed = [m for m in verdict.measurements if not m.ok and (m.resolved or word != "fail")]
-        decisive = failed[:1] or verdict.measurements[-1:]
-        shown = decisive[0] if decisive and word in ("pass", "fail") else None
-        manual = self.spec.cite(case.section) if case.section else ""
-        item = Item(
-            id=self.item_id(requirement, case),
-            requirement=requirement.id,
-            sentence=requirement.sentence,
-            level=requirement.level,
-            source="; ".join(part for part in (manual, requirement.source) if part),
-            service=requirement.service,
-            object=case.label,
-            verdict=word,
-            expected=shown.expected if shown else "",
-            actual=shown.actual if shown else "",
-            unit=shown.unit if shown else "",
-            quantity=shown.quantity if shown else "",
-            reason=reason,
-            duration_s=round(now - self._item_started_s, 6),
-            trace=f"trace.log:{first}-{last}" if last >= first else "",
-            begins=max(first, self._begins) if verdict.trace is None else first,
-            marker=self._marker,
-            readings=dict(verdict.readings),
-            deviations=tuple(
-                {"quantity": m.quantity, "expected": m.expected, "actual": m.actual} for m in failed
-            ),
-            measurements=tuple(_numbers(m) for m in verdict.measurements if m.figures),
-        )
+        last, now = (self._bench.link.line, self._bench.link.now()) if self._bench else (0, 0.0)
+        bus = OnBus(self._line + 1, last, self._begins, now - self._item_started_s, self._marker)
+        item = item_of(self.spec, requirement, case, word, verdict, reason, bus)
         if word != "fail":
             return item
         again = repro.command(self.options.arguments(self.spec.variant), item.id)
@@ -364,26 +308,8 @@ class Run:
         self.results.complete = not self.results.aborted and len(self.results.items) >= self.total
         if bench is not None:
             bench.look()
-            taken_s = bench.link.now() - self._started_s
-            self.results.run["simulated_s" if bench.link.simulated else "bus_s"] = round(taken_s, 3)
-            self.results.run["clock"] = "real" if bench.link.real_time else "virtual"
-            self.results.run["bus_time"] = {
-                "needed_s": round(bench.link.bus_time.needed_s, 3),
-                "frames_s": round(bench.link.bus_time.frames_s, 3),
-                "taken_s": round(taken_s, 3),
-            }
-            self.results.run["timestamps"] = bench.link.stamps.summary()
-            self.results.run["frames"] = bench.link.line
-            self.results.run["non_volatile_writes"] = bench.non_volatile_writes
-            self.results.run["wear_cycles"] = wear_cycles(self.spec)
-            self.results.run["unsolicited_sdo_responses"] = bench.illegal.unsolicited
-            self.results.run["improper_sdo_responses"] = bench.illegal.improper
-            self.results.run["improper_heartbeats"] = bench.illegal.error_control
-            self.results.run["improper_lss_responses"] = bench.illegal.lss
-            self.results.run["restarts"] = bench.illegal.restarts
-            self.results.run["unanswered_sdo_requests"] = bench.illegal.unanswered
+            self.results.run |= facts_of(bench, self._started_s)
             self.results.illegal = str(bench.illegal)
-            self.results.run["sdo_response_times"] = dict(bench.channel.times.summary())
             try:
                 bench.close()
             except BenchError as error:
@@ -430,23 +356,6 @@ class Run:
             self._bench.link.flush()
         if self.directory is not None:
             self.results.write(self.directory / "results.json")
-
-
-def _numbers(measurement: Measurement) -> dict[str, Any]:
-    """Return a comparison of numbers as it is recorded, to seven digits."""
-    assert measurement.figures is not None  # it compares numbers
-    limits = {
-        name: None if limit is None else float(f"{limit:.7g}")
-        for name, limit in asdict(measurement.figures).items()
-        if name != "values"
-    }
-    values = [float(f"{it:.7g}") for it in measurement.figures.values]
-    return {
-        "quantity": measurement.quantity,
-        "unit": measurement.unit,
-        "values": values,
-        **limits,
-    }
 
 
 def _file_name(text: str) -> str:

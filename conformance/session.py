@@ -12,6 +12,7 @@ from conformance.bench.node.interrupts import interruptible
 from conformance.checks import BENCH, PASSED, VERDICT
 from conformance.effects import Effect
 from conformance.errors import BenchError, BenchLacks, NodeTimeout, SetupRefused, SpecError
+from conformance.judged import item_id
 from conformance.options import RunOptions
 from conformance.report.plan import Planned
 from conformance.report.results import Item
@@ -174,7 +175,7 @@ class ConformanceSession:
             call.when == "teardown" and isinstance(error, NodeTimeout)
         ):
             report.longrepr = str(error)
-            self._run.abort(f"{error} (after {self._run.item_id(requirement, case)})")
+            self._run.abort(f"{error} (after {item_id(self._run.spec, requirement, case)})")
             item.session.shouldstop = str(error)
         return report
 
