@@ -27,10 +27,9 @@ def certificate(
     lot_title: Annotated[str, typer.Option(help="Title of the lot, as it is to be printed.")] = "",
 ) -> None:
     """Make a certificate to sign: one or two pages for each device, with a summary of several."""
-    records = [read_record(place) for place in run]
-    made = certify(records, lot_title)
-    beside = records[0].path.parent if len(records) == 1 else Path()
-    path = output or beside / NAME
+    made = certify((read_record(place) for place in run), lot_title)
+    first = run[0] if run[0].is_dir() else run[0].parent
+    path = output or (first if len(run) == 1 else Path()) / NAME
     try:
         path.write_bytes(to_pdf(made))
     except OSError as error:

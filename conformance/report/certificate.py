@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from pathlib import Path
 
 from conformance.errors import SpecError
 from conformance.report.cautions import is_simulated
@@ -25,7 +26,7 @@ class Certificate:
         notes: What a reader has to know before the summary is relied on.
         partial: Why it is no acceptance, empty if it is one.
         units: In the order in which they were given.
-        made: Time of the latest record, in seconds since 1970; None where no record tells.
+        made: Time of the latest record, in seconds since 1970; 0 where no record tells.
     """
 
     lot: str
@@ -33,34 +34,37 @@ class Certificate:
     notes: Sequence[str]
     partial: str
     units: Sequence[Unit]
-    made: int | None
+    made: int
 
 
-def certify(records: Sequence[Record], lot: str = "") -> Certificate:
+def certify(records: Iterable[Record], lot: str = "") -> Certificate:
     """Return what the certificate of some records says.
 
     Args:
-        records: One or several, of one unit each.
+        records: One or several, of one unit each; none is kept.
         lot: Title of the lot.
 
     Raises:
         SpecError: A record is given twice.
     """
-    first: dict[str, Record] = {}
+    paths: dict[str, Path] = {}
+    units: list[Unit] = []
+    serials, made, simulated = [], [], 0
     for record in records:
-        if first.setdefault(record.sha256, record) is not record:
-            other = first[record.sha256].path
+        other = paths.setdefault(record.sha256, record.path)
+        if len(paths) == len(units):
             raise SpecError(f"RUN: expected each record once, got {record.path} and {other}")
-    units = [unit_of(record, lot) for record in records]
-    partial = sum(bool(unit.partial) for unit in units)
-    made = [when for record in records if (when := _when(record)) is not None]
+        units.append(unit_of(record, lot))
+        serials.append(record.device.serial)
+        made.append(_when(record) or 0)
+        simulated += is_simulated(record)
     return Certificate(
         lot=printable(lot),
         summary=_summary(units),
-        notes=list(_lot_notes(records, units)),
-        partial=_lot_partial(partial, len(units)),
+        notes=list(_lot_notes(serials, simulated)),
+        partial=_lot_partial(sum(bool(unit.partial) for unit in units), len(units)),
         units=units,
-        made=max(made, default=None),
+        made=max(made),
     )
 
 
@@ -86,17 +90,15 @@ def _lot_partial(partial: int, units: int) -> str:
     return f"{partial} of {units} records: no acceptance run."
 
 
-def _lot_notes(records: Sequence[Record], units: Sequence[Unit]) -> Iterator[str]:
+def _lot_notes(serials: Sequence[str], simulated: int) -> Iterator[str]:
     places = defaultdict(list)
-    for number, record in enumerate(records, 1):
-        if record.device.serial:
-            places[record.device.serial].append(str(number))
+    for number, serial in enumerate(serials, 1):
+        places[serial].append(str(number))
     for serial, numbers in places.items():
-        if len(numbers) > 1:
+        if serial and len(numbers) > 1:
             yield f"Serial {printable(serial)} is there more than once: units {listed(numbers)}."
-    simulated = sum(is_simulated(record) for record in records)
     if simulated:
-        yield f"{simulated} of {many(len(units), 'device')} judged: simulated, not real."
+        yield f"{simulated} of {many(len(serials), 'device')} judged: simulated, not real."
 
 
 def _when(record: Record) -> int | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import Final
 
 from conformance.report.printable import printable
@@ -70,7 +71,9 @@ def table_of(noun: str, items: Sequence[Item], most: int, record: Record) -> Tab
     by_requirement: dict[str, list[Item]] = defaultdict(list)
     for item in items:
         by_requirement[item.requirement].append(item)
-    shown = [it for group in by_requirement.values() for it in group[:MOST_OF_ONE]][:most]
+    few = [group[:MOST_OF_ONE] for group in by_requirement.values()]
+    chosen = [it for turn in zip_longest(*few) for it in turn if it is not None][:most]
+    shown = [it for group in few for it in group if it in chosen]
     left = Counter(item.requirement for item in items)
     left.subtract(item.requirement for item in shown)
     named = listed(f"{name} {count}" for name, count in left.items() if count)

@@ -17,13 +17,12 @@ def to_pdf(certificate: Certificate) -> bytes:
     """Return the certificate as PDF; the same certificate is always the same octets."""
     import typst  # noqa: PLC0415 - it takes long to load, and not every command needs it
 
-    made = certificate.made or 0
     compiled = typst.Compiler(
         (data("reports/templates") / TEMPLATE).read_bytes(), ignore_system_fonts=True
     ).compile(
         format="pdf",
         sys_inputs={"certificate": json.dumps(_breakable(asdict(certificate)))},
-        timestamp=made,
+        timestamp=certificate.made,
         pdf_standards=["a-2a"],
     )
     assert isinstance(compiled, bytes)  # one document was asked for
