@@ -58,12 +58,14 @@ def inspect(
         require_same(read, begun.sha256, folder)
     inspection = begun or _begin(read)
     again = _drawn(inspection, retest or [])
-    print_plan(read, inspection, console)
+    print_plan(read, inspection, console, drawn=not dry_run or begun is not None)
     if dry_run:
         return
     work = _Work(read, judging, inspection, folder)
     try:
         work.do(again)
+    except KeyboardInterrupt:
+        raise BenchError("interrupted: inspect the lot again to go on") from None
     finally:
         verdict = work.finish()
     if verdict.word == "not decided":
@@ -153,11 +155,8 @@ class _Work:
         """Write and print what came of it so far, and return the verdict."""
         verdict, numbers = self._concluded()
         inspection, series = self._inspection, self._lot.content.series
-        if verdict.word != "not decided" and not verdict.waiting and not inspection.concluded:
-            if series and not self._lot.content.resubmitted:
-                conclude(Path(self._lot.path.parent, series), self._lot, inspection, verdict)
-            inspection.concluded = True
-            self._concluded()
+        if series and not self._lot.content.resubmitted:
+            conclude(Path(self._lot.path.parent, series), self._lot, inspection, verdict)
         page = self._folder / PAGE
         try:
             page.write_text(

@@ -137,7 +137,6 @@ class Inspection(_Part):
         seed: Of the drawing.
         units: Those drawn, in the order in which they are judged.
         running: The run that has begun and not ended; None when none has.
-        concluded: The lot's verdict was noted in the series.
     """
 
     format: Literal[1] = 1
@@ -147,7 +146,6 @@ class Inspection(_Part):
     seed: int
     units: list[Unit]
     running: Running | None = None
-    concluded: bool = False
 
     def count(self, word: Word | None) -> int:
         """Return how many of the units drawn have a verdict; None for those not judged."""

@@ -14,13 +14,23 @@ MOST_ROWS = 10
 """Rows that the terminal shows of a statistic; the page and `lot.json` have all."""
 
 
-def print_plan(lot: Lot, inspection: Inspection, terminal: Terminal) -> None:
-    """Print which units are drawn, and why so many."""
+def print_plan(lot: Lot, inspection: Inspection, terminal: Terminal, *, drawn: bool) -> None:
+    """Print which units are drawn, and why so many.
+
+    Args:
+        lot: The lot.
+        inspection: Of it.
+        terminal: Where to.
+        drawn: That is settled also where the lot file has no seed.
+    """
     terminal.say(f"{lot.content.name}: {inspection.plan.words}")
     if lot.content.select:
         terminal.say(f"items judged: {lot.content.select}, those alone")
     if inspection.plan.sample == inspection.plan.size:
         terminal.say(f"units to judge: all {inspection.plan.size}")
+        return
+    if not drawn and lot.content.seed is None:
+        terminal.say("which units are drawn is thrown when the inspection begins")
         return
     numbers = ", ".join(str(it.unit) for it in inspection.units)
     what = "serial numbers" if lot.content.serials else "places"

@@ -81,7 +81,7 @@ def scheme_for(lot: Lot, series: Series) -> Scheme:
 
 
 def conclude(path: Path, lot: Lot, inspection: Inspection, verdict: LotVerdict) -> None:
-    """Note what became of a lot, once.
+    """Note what became of a lot, in its place if it was noted before; nothing while that is not decided.
 
     Raises:
         BenchError: The file cannot be written.
@@ -100,6 +100,13 @@ def conclude(path: Path, lot: Lot, inspection: Inspection, verdict: LotVerdict) 
         reduced=lot.content.reduced,
         resumed=lot.content.resumed,
     )
-    others = [it for it in series.lots if it.lot != made.lot]
-    series.lots = [*others, made]
+    place = next((nth for nth, it in enumerate(series.lots) if it.lot == made.lot), None)
+    if verdict.word == "not decided":
+        if place is None:
+            return
+        del series.lots[place]
+    elif place is None:
+        series.lots.append(made)
+    else:
+        series.lots[place] = made
     write_safely(path, json.dumps(series.model_dump(mode="json"), indent=1, ensure_ascii=True))

@@ -73,6 +73,19 @@ def test_a_sample_is_drawn_by_the_plan_and_the_lot_accepted(inspect: Inspected) 
     assert "ACCEPTED: 0 of 8 units nonconforming, which is not more than Ac 1" in done.out
 
 
+def test_a_dry_run_tells_no_units_that_are_thrown_only_later(
+    inspect: Inspected, command: Callable[..., Any], tmp_path: Path
+) -> None:
+    known = inspect("size: 50\naql: 6.5\n", "--dry-run")
+    assert "units drawn (seed 1), by places: " in known.out
+    path = tmp_path / "17.yaml"
+    path.write_text(path.read_text("utf-8").replace("seed: 1\n", ""), encoding="utf-8")
+    thrown = command("inspect", path, "--dry-run")
+    assert thrown.code == 0
+    assert "which units are drawn is thrown when the inspection begins" in thrown.out
+    assert not (tmp_path / "reports").exists()
+
+
 def test_a_run_that_was_killed_is_run_again_and_nothing_is_lost(inspect: Inspected) -> None:
     lot = f"size: 4\nlevel: all\n{FAST}simulation: {{faults: {{2: [wrong-identity]}}}}\n"
     first = inspect(lot)
