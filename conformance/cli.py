@@ -17,6 +17,7 @@ from conformance.commissioning.command import commission
 from conformance.doctor_command import benches, doctor
 from conformance.errors import ConformanceError, SpecError
 from conformance.explore.command import explore
+from conformance.judging.command import judge
 from conformance.lots.command import inspect
 from conformance.mutants.command import mutants
 from conformance.options import RunOptions
@@ -68,6 +69,7 @@ app.command()(explore)
 app.command()(simulate)
 app.command()(recover)
 app.command()(report)
+app.command()(judge)
 app.command()(certificate)
 app.command()(benches)
 app.command()(doctor)

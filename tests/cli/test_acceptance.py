@@ -6,12 +6,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from junitparser import JUnitXml
+from junitparser import JUnitXml, Property
 
 
 def _property(folder: Path) -> str:
     (suite,) = JUnitXml.fromfile(str(folder / "junit.xml"))
-    values = {it.name: it.value for it in suite.properties()}
+    children = suite.iterchildren(Property)  # type: ignore[no-untyped-call]  # it has no types
+    values = {it.name: it.value for it in children}
     return str(values["acceptance"])
 
 

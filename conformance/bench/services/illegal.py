@@ -50,7 +50,7 @@ class Illegal:
     def look(self, link: Link, node: Node) -> None:
         """Look at the frames since the link last forgot, and at what the node's channel counted so far."""
         error_control = link.since(0, node.is_error_control)
-        self.error_control += sum(not _shows_state(it.frame) for it in error_control)
+        self.error_control += sum(not shows_state(it.frame) for it in error_control)
         self._count_restarts(link, node, [it for it in error_control if node.is_boot_up(it.frame)])
         self.lss += len(link.since(0, _is_improper_lss))
         channel = node.channel
@@ -87,7 +87,8 @@ class Illegal:
         return "; ".join(word for word in words if word)
 
 
-def _shows_state(frame: Frame) -> bool:
+def shows_state(frame: Frame) -> bool:
+    """Tell whether a frame on a heartbeat identifier shows an NMT state."""
     return len(frame.data) == 1 and frame.data[0] & ~_TOGGLE in _STATES
 
 

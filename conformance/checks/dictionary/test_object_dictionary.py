@@ -58,8 +58,11 @@ def test_readable_entry_is_uploaded(node: Node, entry: Entry, verdict: Verdict) 
 @requirement("OD-03", level="manual", cases=entries(cases.readable, "type"))
 def test_upload_has_the_length_of_the_type(node: Node, entry: Entry, verdict: Verdict) -> None:
     """An upload has as many octets as the documented data type."""
-    data = node.upload(entry.index, entry.sub)
+    judge_length(entry, node.upload(entry.index, entry.sub), verdict)
 
+
+def judge_length(entry: Entry, data: bytes, verdict: Verdict) -> None:
+    """Judge that an upload has as many octets as some reading documents."""
     verdict.holds(
         f"length of {entry.address}",
         expected=" or ".join(dict.fromkeys(_lengths(reading) for reading in entry.readings)),

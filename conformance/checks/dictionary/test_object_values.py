@@ -32,7 +32,7 @@ def test_fixed_entry_holds_its_documented_value(node: Node, entry: Entry, verdic
     """An identity or constant entry holds the documented value."""
     data = own_value(node, entry)
 
-    _judge_value(entry, data, verdict)
+    judge_value(entry, data, verdict)
 
 
 def _factory_settings(spec: DeviceSpec) -> Iterable[Case]:
@@ -56,10 +56,11 @@ def test_setting_has_its_default_after_restore(
     """After the factory settings are restored, a setting holds its documented default."""
     data = kept.default_of(bench, node, verdict, entry)
 
-    _judge_value(entry, data, verdict)
+    judge_value(entry, data, verdict)
 
 
-def _judge_value(entry: Entry, data: bytes, verdict: Verdict) -> None:
+def judge_value(entry: Entry, data: bytes, verdict: Verdict) -> None:
+    """Judge that an entry holds what some reading documents, and tell which reading it follows."""
     agreeing = [
         number
         for number, reading in enumerate(entry.readings)
