@@ -28,8 +28,10 @@ _WITHOUT_REMOTE_FRAMES = ("socketcand",)
 
 _SIMULATOR = "canopen_simulator"
 
-_TELLING = (_SIMULATOR, "socketcan", "pcan", "kvaser", "vector", "ixxat")
-"""Interfaces of python-can that tell of errors on the bus."""
+TELLING: frozenset[str] = frozenset(
+    {_SIMULATOR, "virtual", "socketcan", "pcan", "kvaser", "vector", "ixxat"}
+)
+"""Interfaces of python-can that tell of errors on the bus, or on which there are none."""
 
 MOST_WRITES = 500
 """More than a whole run of any device in this package takes, and little beside what its memory endures."""
@@ -127,7 +129,7 @@ class BenchDefinition(BaseModel):
     @property
     def tells_of_errors(self) -> bool:
         """The adapter tells of errors on the bus, such as a frame that nobody acknowledges."""
-        return self.interface in _TELLING
+        return self.interface in TELLING
 
     @property
     def sets_bitrate(self) -> bool:
