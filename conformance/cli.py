@@ -17,6 +17,7 @@ from conformance.commissioning.command import commission
 from conformance.doctor_command import benches, doctor
 from conformance.errors import ConformanceError, SpecError
 from conformance.explore.command import explore
+from conformance.history.command import history
 from conformance.judging.command import judge
 from conformance.lots.command import inspect
 from conformance.mutants.command import mutants
@@ -74,6 +75,7 @@ app.command()(certificate)
 app.command()(benches)
 app.command()(doctor)
 app.command()(commission)
+app.command()(history)
 app.command()(inspect)
 
 
