@@ -20,7 +20,7 @@ from conformance.lots.inspection import (
     draw,
     load_inspection,
 )
-from conformance.lots.judging import Judging, first_trouble, require_same
+from conformance.lots.judging import Judging, require_same
 from conformance.lots.lot_file import Lot, load_lot
 from conformance.lots.page import print_plan, print_summary, say_try, to_html
 from conformance.lots.plans import plan_of, whole_lot
@@ -33,6 +33,9 @@ from conformance.report.console import console
 FOLDER: Final = Path("reports", "lots")
 PAGE: Final = "lot.html"
 MOST_SEED: Final = 2**32
+
+IN_VAIN: Final = 2
+"""So many units in a row of which no item could be run are the bench's doing."""
 
 
 def inspect(
@@ -119,6 +122,7 @@ class _Work:
         self._judging = judging
         self._inspection = inspection
         self._folder = folder
+        self._in_vain = 0
         ids = lot.content.node_ids
         self._node_ids: list[int | None] = [*node_ids("node_ids", ids)] if ids else [None]
 
@@ -138,7 +142,7 @@ class _Work:
             raise BenchError(f"cannot make {self._folder}: {error.strerror}") from error
         self._tell_broken_off()
         asked = {it.unit for it in again}
-        waiting = [it for it in self._inspection.units if not it.tries and it.unit not in asked]
+        waiting = [it for it in self._waiting() if it.unit not in asked]
         self._inspection.keep(self._folder)
         for group in self._groups([*again, *waiting]):
             if not self._connect([(unit, node_id) for unit, node_id in group]):
@@ -149,7 +153,16 @@ class _Work:
                     if unit.verdict != "undecided" or unit.tries[-1].other:
                         break
                     self._judge(unit, node_id)
-                self._look_at_bench()
+                self._look_at_bench(unit)
+
+    def _waiting(self) -> list[Unit]:
+        """Return the units to judge, those that were never reached among them while the lot is not decided."""
+        open_ = decide(self._inspection).word == "not decided"
+        return [
+            it
+            for it in self._inspection.units
+            if not it.tries or (open_ and not any(tried.reached for tried in it.tries))
+        ]
 
     def finish(self) -> LotVerdict:
         """Write and print what came of it so far, and return the verdict."""
@@ -227,14 +240,15 @@ class _Work:
     def _others(self, unit: Unit) -> list[Unit]:
         return [it for it in self._inspection.units if it is not unit]
 
-    def _look_at_bench(self) -> None:
-        """Stop where two units in a row could not be reached at all.
+    def _look_at_bench(self, unit: Unit) -> None:
+        """Stop where no item could be run of two units in a row.
 
         Raises:
             BenchError: That is so.
         """
-        judged = [it.tries[-1] for it in self._inspection.units if it.tries]
-        if trouble := first_trouble(judged):
+        last = unit.tries[-1]
+        self._in_vain = 0 if last.reached else self._in_vain + 1
+        if self._in_vain >= IN_VAIN:
             raise BenchError(
-                f"two units in a row could not be judged; look at the bench: {trouble}"
+                f"{IN_VAIN} units in a row could not be judged; look at the bench: {last.reason}"
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Container
 from dataclasses import dataclass
 from pathlib import Path
@@ -126,7 +127,10 @@ class Judging:
                     f"got {self.lot.content.select!r}"
                 )
             raise RuntimeError("\n".join(errors) or "the checks did not start")
-        return self._came_to(unit, run, name, told)
+        made = self._came_to(unit, run, name, told)
+        del run
+        gc.collect()  # a run's items hang on each other, and garbage is seldom looked for
+        return made
 
     def _came_to(self, unit: int, run: Run, name: str, told: Container[str]) -> Try:
         """Return what a run came to."""
@@ -162,16 +166,17 @@ class Judging:
     def _serial(self, identity: Any) -> str:
         """Return the serial number that the node told, empty if it told none."""
         for entry in self.spec.by_kind("identity"):
-            octets = identity.get(entry.address) if isinstance(identity, dict) else None
-            if entry.follows == "serial-number" and octets:
-                return _shown(entry, octets)
+            told = identity.get(entry.address) if isinstance(identity, dict) else None
+            if entry.follows == "serial-number" and told and (shown := _number(entry, told)):
+                return shown
         return ""
 
 
-def _shown(entry: Entry, told: str) -> str:
-    """Return a serial number as a user writes it; empty where the node gave no octets."""
+def _number(entry: Entry, told: str) -> str:
+    """Return a serial number as a user writes it; empty where the node told no number."""
     if entry.type is DataType.VISIBLE_STRING:
-        return told.strip()
+        text = told.strip(" \0")
+        return str(int(text)) if text.isascii() and text.isdecimal() else ""
     try:
         return str(int.from_bytes(bytes.fromhex(told), "little"))
     except ValueError:  # what the node answered instead
@@ -231,11 +236,3 @@ def require_same(lot: Lot, sha256: str, folder: Path) -> None:
             f"{lot.path}: expected the lot file that the inspection in {folder} began with, got "
             f"another: give another --report-dir, or that file"
         )
-
-
-def first_trouble(tries: list[Try]) -> str:
-    """Return why the bench has to be looked at: two units in a row of which no item was run; else empty."""
-    last = tries[-2:]
-    if len(last) == 2 and all(it.verdict == "undecided" and not it.reached for it in last):
-        return last[-1].reason
-    return ""

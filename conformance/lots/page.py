@@ -95,7 +95,12 @@ def serial_words(numbers: Statistics) -> list[str]:
         "told and not in the list": found.unlisted,
         "drawn and not told by any unit": found.missing,
     }
-    return [f"serial numbers {what}: {', '.join(them)}" for what, them in parts.items() if them]
+    words = [f"serial numbers {what}: {', '.join(them)}" for what, them in parts.items() if them]
+    if silent := numbers.judged - found.told:
+        words.append(
+            f"units that told no serial number, so that nothing shows which they are: {silent}"
+        )
+    return words
 
 
 def _notable(it: Quantity) -> bool:

@@ -135,8 +135,12 @@ def test_two_units_in_a_row_that_cannot_be_reached_stop_the_inspection(inspect: 
     faults = "{1: [silent], 2: [silent]}"
     done = inspect(f"size: 3\nlevel: all\nretests: 0\n{FAST}simulation: {{faults: {faults}}}\n")
     assert done.code == 2
-    assert "two units in a row could not be judged; look at the bench: " in done.err
+    assert "2 units in a row could not be judged; look at the bench: " in done.err
     assert state(done)["units"][2]["verdict"] is None
+    again = inspect(f"size: 3\nlevel: all\nretests: 0\n{FAST}simulation: {{faults: {faults}}}\n")
+    assert again.code == 2
+    assert [len(it["tries"]) for it in state(again)["units"]] == [2, 2, 0], "they are tried again"
+    assert "units that told no serial number, so that nothing shows which they are: 2" in again.out
 
 
 def test_the_series_tells_the_severity_of_the_next_lot(inspect: Inspected) -> None:

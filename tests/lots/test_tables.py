@@ -54,6 +54,28 @@ def plans(text: str) -> list[str]:
     return [plan for plan, _, times in found for _ in range(int(times or 1))]
 
 
+BOUNDS = {
+    "S-1": "A50 B500 C35000 D",
+    "S-2": "A25 B150 C1200 D35000 E",
+    "S-3": "A15 B50 C150 D500 E3200 F35000 G500000 H",
+    "S-4": "A15 B25 C90 D150 E500 F1200 G10000 H35000 J500000 K",
+    "I": "A15 B25 C90 D150 E280 F500 G1200 H3200 J10000 K35000 L150000 M500000 N",
+    "II": "A8 B15 C25 D50 E90 F150 G280 H500 J1200 K3200 L10000 M35000 N150000 P500000 Q",
+    "III": "B8 C15 D25 E50 F90 G150 H280 J500 K1200 L3200 M10000 N35000 P150000 Q500000 R",
+}
+"""Read from another print: the code letters of a level, each with the largest lot it is for."""
+
+
+@pytest.mark.parametrize("level", BOUNDS)
+def test_code_letters_agree_with_a_second_reading(level: Level) -> None:
+    least = 2
+    for part in BOUNDS[level].split():
+        most = int(part[1:] or 10**9)
+        assert tables().letter(least, level) == part[0]
+        assert tables().letter(most, level) == part[0]
+        least = most + 1
+
+
 def accepted(mean: float, accept: int) -> float:
     """Return the chance of a lot, by Poisson, with so many nonconforming units in the sample on average."""
     return math.fsum(
@@ -88,6 +110,19 @@ def test_published_examples(
     plan = plan_of(size, level, aql, severity)
     assert (plan.sample, plan.accept, plan.reject) == (sample, accept, accept + 1)
     assert plan.whole == (sample == size)
+
+
+def test_a_sample_as_great_as_the_lot_is_100_percent_inspection() -> None:
+    assert "100 % inspection" in plan_of(13, "II", 1.0, "normal").words
+    assert "100 % inspection" not in plan_of(14, "II", 1.0, "normal").words
+    assert not plan_of(14, "II", 1.0, "normal").whole
+
+
+def test_the_acceptance_number_with_a_tighter_aql_is_that_of_the_same_sample() -> None:
+    assert plan_of(2000, "II", 1.0, "normal").accept_tighter == 2
+    assert plan_of(500_000, "III", 1.0, "normal").accept_tighter == 14
+    assert plan_of(100, "II", 0.65, "normal").accept_tighter is None
+    assert plan_of(100, "II", 0.01, "normal").accept_tighter is None
 
 
 def test_letters_grow_with_the_lot_and_from_level_to_level() -> None:
