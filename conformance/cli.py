@@ -25,6 +25,7 @@ from conformance.options import RunOptions
 from conformance.recover_command import recover
 from conformance.report import catalogue_page
 from conformance.report.console import console
+from conformance.report.junit import Suites
 from conformance.report_command import report
 from conformance.run import Run
 from conformance.simulate_command import simulate
@@ -133,6 +134,9 @@ def run(
         bool,
         typer.Option("--acceptance", help="All of it, as the spec has it: no option changes that."),
     ] = False,
+    junit_suites: Annotated[
+        Suites, typer.Option(help="What a suite of junit.xml holds: a device or a service.")
+    ] = "device",
 ) -> None:
     """Judge a device; exit 0 conforms, 1 deviates, 2 inconclusive or bench failed, 3 usage."""
     options = RunOptions(
@@ -155,6 +159,7 @@ def run(
         dry_run=dry_run,
         repro=repro,
         acceptance=acceptance,
+        junit_suites=junit_suites,
     )
     raise _Judged(runner.run(Run(options)))
 

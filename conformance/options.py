@@ -14,6 +14,7 @@ from conformance import resources
 from conformance.bench.definition import BenchDefinition
 from conformance.effects import LACKING, Effect, Need
 from conformance.errors import SpecError
+from conformance.report.junit import Suites
 from conformance.simulator.fault_files import load_faults
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
@@ -44,6 +45,7 @@ class RunOptions:
     dry_run: bool = False
     repro: str = ""
     acceptance: bool = False
+    junit_suites: Suites = "device"
 
     def __post_init__(self) -> None:
         if not self.acceptance:

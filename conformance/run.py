@@ -320,7 +320,7 @@ class Run:
         try:
             self._save()
             if self.directory is not None:
-                write_junit(self.results, self.directory / "junit.xml")
+                write_junit(self.results, self.directory / "junit.xml", self.options.junit_suites)
         except BenchError as error:
             self.abort(str(error))
 

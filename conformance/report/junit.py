@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Literal, TypeAlias
+from xml.etree import ElementTree as ET
 
 from junit_xml import (  # type: ignore[import-untyped]  # it carries no types
     TestCase,
@@ -11,22 +15,73 @@ from junit_xml import (  # type: ignore[import-untyped]  # it carries no types
 )
 
 from conformance.errors import BenchError
+from conformance.report.frames import TraceFile
 from conformance.report.results import Item, Results
 
+Suites: TypeAlias = Literal["device", "service"]
+"""What one suite holds: all items of the device, or those of one service."""
 
-def to_junit(results: Results) -> str:
-    """Return the record as JUnit XML; text that XML forbids is escaped."""
+MOST_FRAMES = 20
+"""Of one failure; the rest is in the report."""
+
+FIRMWARE = "100Ah"
+"""Manufacturer software version (CiA 301 v4.2.0, 7.5.2.10)."""
+
+
+def to_junit(results: Results, trace: Path | None = None, suites: Suites = "device") -> str:
+    """Return the record as JUnit XML; text that XML forbids is escaped.
+
+    Args:
+        results: The record.
+        trace: Of the run; failures then tell their frames.
+        suites: One for the device, or one per service.
+    """
     device = results.device
     serial = device.get("serial")
-    name = f"{device['spec']} {serial}" if serial else str(device["spec"])
-    properties = {
+    name = _legal(f"{device['spec']} {serial}" if serial else str(device["spec"]))
+    remarks = {item.id for item in results.remarks()}
+    file = TraceFile(trace) if trace is not None and results.deviations() else None
+    by_suite: dict[str, list[TestCase]] = defaultdict(list)
+    for item in results.items:
+        suite = name if suites == "device" else f"{name} {item.service}"
+        by_suite[suite].append(_case(item, file, remark=item.id in remarks))
+    by_suite[name] += [*_scan_cases(results), *_bench_cases(results)]
+    properties = _properties(results)
+    timestamp = _legal(str(results.run.get("started", "")))
+    made = [
+        TestSuite(suite, cases, properties=properties, timestamp=timestamp)
+        for suite, cases in by_suite.items()
+        if cases or suites == "device"
+    ]
+    return _for_jenkins(str(to_xml_report_string(made)))
+
+
+def _for_jenkins(text: str) -> str:
+    """Return a report without an attribute that Jenkins has no place for, times as it reads them."""
+    root = ET.fromstring(text)  # noqa: S314 - it was made here
+    for element in root.iter():
+        element.attrib.pop("disabled", None)
+        if "time" in element.attrib:
+            element.set("time", f"{float(element.attrib['time']):.6f}")
+    return f'<?xml version="1.0" ?>\n{ET.tostring(root, encoding="unicode")}\n'
+
+
+def _properties(results: Results) -> dict[str, str]:
+    """Return what a reader wants to know of device and run."""
+    identity = results.device.get("identity")
+    firmware = identity.get(FIRMWARE, "") if isinstance(identity, Mapping) else ""
+    told = {**results.device, "firmware_version": firmware, **results.run}
+    return {
         key: _legal(str(value))
-        for key, value in {**device, **results.run}.items()
+        for key, value in told.items()
         if isinstance(value, str | int | float) and value != ""
     }
-    remarks = {item.id for item in results.remarks()}
-    cases = [_case(item, remark=item.id in remarks) for item in results.items]
-    cases += _scan_cases(results)
+
+
+def _bench_cases(results: Results) -> list[TestCase]:
+    """Return an error for each thing that keeps the run as a whole from conforming."""
+    device = results.device
+    cases = []
     for name_, reason in (
         ("run", results.aborted),
         ("as found", results.left_changed),
@@ -36,28 +91,23 @@ def to_junit(results: Results) -> str:
             case = TestCase(name_, classname=f"{device['spec']}.bench")
             case.add_error_info(message=_legal(reason))
             cases.append(case)
-    suite = TestSuite(
-        _legal(name),
-        cases,
-        properties=properties,
-        timestamp=_legal(str(results.run.get("started", ""))),
-    )
-    return str(to_xml_report_string([suite]))
+    return cases
 
 
-def write_junit(results: Results, path: Path) -> None:
-    """Write the record as JUnit XML.
+def write_junit(results: Results, path: Path, suites: Suites = "device") -> None:
+    """Write the record as JUnit XML beside its trace.
 
     Raises:
         BenchError: The disk does not take it.
     """
     try:
-        path.write_text(to_junit(results), encoding="utf-8", newline="\n")
+        text = to_junit(results, path.with_name("trace.log"), suites)
+        path.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         raise BenchError(f"cannot write {path}: {error.strerror or error}") from error
 
 
-def _case(item: Item, *, remark: bool) -> TestCase:
+def _case(item: Item, trace: TraceFile | None, *, remark: bool) -> TestCase:
     device = item.id.partition("/")[0]
     case = TestCase(
         _legal(item.id), classname=f"{device}.{item.service}", elapsed_sec=item.duration_s
@@ -67,13 +117,29 @@ def _case(item: Item, *, remark: bool) -> TestCase:
             message=_legal(f"remark: {headline(item)}"), output=_legal(explain(item))
         )
     elif item.verdict == "fail":
-        case.add_failure_info(message=_legal(headline(item)), output=_legal(explain(item)))
+        shown = "\n".join([explain(item), *_frames(item, trace)])
+        case.add_failure_info(message=_legal(headline(item)), output=_legal(shown))
     elif item.verdict == "inconclusive":
         case.add_error_info(message=_legal(f"inconclusive: {item.reason}"))
     elif item.verdict != "pass":
         word = item.verdict.replace("_", " ")
         case.add_skipped_info(message=_legal(f"{word}: {item.reason}"))
     return case
+
+
+def _frames(item: Item, trace: TraceFile | None) -> list[str]:
+    """Return the frames of an item as lines, the last ones of many."""
+    if trace is None:
+        return []
+    evidence = trace.evidence(item.trace, item.begins, item.object)
+    shown = evidence.frames[-MOST_FRAMES:]
+    left = len(evidence.frames) - len(shown)
+    notes = [evidence.note, f"{left} frames before these are in trace.log" if left else ""]
+    lines = [
+        f"    {it.time_s:.6f} {'sent' if it.sent else 'came'} {it.can_id} {it.data}  {it.words}".rstrip()
+        for it in shown
+    ]
+    return ["  frames", *(f"    {note}" for note in notes if note), *lines]
 
 
 def _scan_cases(results: Results) -> list[TestCase]:

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from junitparser import JUnitXml, Property
+from junitparser import JUnitXml
 
 
 def _property(folder: Path) -> str:
     (suite,) = JUnitXml.fromfile(str(folder / "junit.xml"))
-    children = suite.iterchildren(Property)  # type: ignore[no-untyped-call]  # it has no types
+    children = suite.properties()  # type: ignore[no-untyped-call]  # it has no types
     values = {it.name: it.value for it in children}
     return str(values["acceptance"])
 
