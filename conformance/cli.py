@@ -14,6 +14,7 @@ from conformance import catalogue as catalogue_of
 from conformance import resources, runner
 from conformance.certificate_command import certificate
 from conformance.commissioning.command import commission
+from conformance.comparing.command import compare
 from conformance.doctor_command import benches, doctor
 from conformance.errors import ConformanceError, SpecError
 from conformance.explore.command import explore
@@ -77,6 +78,7 @@ app.command()(benches)
 app.command()(doctor)
 app.command()(commission)
 app.command()(history)
+app.command()(compare)
 app.command()(inspect)
 
 
