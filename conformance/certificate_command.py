@@ -11,6 +11,7 @@ from conformance.errors import BenchError
 from conformance.report.certificate import certify
 from conformance.report.console import console
 from conformance.report.record import read_record
+from conformance.report.seal import seal_again
 from conformance.report.typeset import to_pdf
 
 NAME = "certificate.pdf"
@@ -34,6 +35,8 @@ def certificate(
         path.write_bytes(to_pdf(made))
     except OSError as error:
         raise BenchError(f"cannot write {path}: {error.strerror or error}") from error
+    if path == first / NAME:
+        seal_again(first, NAME)
     for number, unit in enumerate(made.units, 1):
         partial = ", partial" if unit.partial else ""
         console.say(f"{number}. {unit.product}, serial {unit.serial}: {unit.headline}{partial}")

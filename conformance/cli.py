@@ -45,6 +45,7 @@ from conformance.spec_commands import (
     VariantOption,
     spec_app,
 )
+from conformance.verify_command import verify
 
 BENCH_FAILED = 2
 WRONG_USAGE = 3
@@ -73,6 +74,7 @@ app.command()(simulate)
 app.command()(recover)
 app.command()(report)
 app.command()(judge)
+app.command()(verify)
 app.command()(certificate)
 app.command()(benches)
 app.command()(doctor)

@@ -10,6 +10,7 @@ import typer
 from conformance.report.console import console
 from conformance.report.record import read_record
 from conformance.report.report_page import write_page
+from conformance.report.seal import seal_again
 
 
 def report(
@@ -20,4 +21,6 @@ def report(
     """Make report.html anew beside each results.json, from that and trace.log alone."""
     records = [read_record(place) for place in runs]
     for record in records:
-        console.say(f"report: {write_page(record)}")
+        page = write_page(record)
+        seal_again(page.parent, page.name)
+        console.say(f"report: {page}")

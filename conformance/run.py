@@ -30,6 +30,8 @@ from conformance.report.junit import explain, write_junit
 from conformance.report.plan import Planned
 from conformance.report.results import Item, Results
 from conformance.report.scanned import Scanned
+from conformance.report.seal import NAME as SEAL
+from conformance.report.seal import digest
 from conformance.requirements import Case, Requirement
 from conformance.scanning import ScanProgress
 from conformance.spec.eds.reader import read_eds
@@ -184,7 +186,7 @@ class Run:
         name = (self.spec.name, self.spec.variant, _file_name(self.options.serial))
         folder = make_folder(self.options.report_dir, *name)
         try:
-            for stale in ("junit.xml", "report.html"):
+            for stale in ("junit.xml", "report.html", SEAL):
                 (folder / stale).unlink(missing_ok=True)
         except OSError as error:
             raise BenchError(f"cannot make {folder}: {error.strerror}") from error
@@ -312,6 +314,8 @@ class Run:
             self.results.illegal = str(bench.illegal)
             try:
                 bench.close()
+                if self.directory is not None:
+                    self.results.run["trace_sha256"] = digest(self.directory / "trace.log")
             except BenchError as error:
                 self.abort(str(error))
         self.results.run["finished"] = datetime.now(UTC).isoformat(timespec="seconds")

@@ -18,6 +18,7 @@ from conformance.report.plan import print_plan
 from conformance.report.record import read_record
 from conformance.report.report_page import write_page
 from conformance.report.repro import script
+from conformance.report.seal import write_seal
 from conformance.report.summary import Progress, print_summary
 from conformance.run import Run
 from conformance.session import RUN
@@ -88,10 +89,11 @@ def run(run: Run) -> int:
 
 
 def _write_page(run: Run) -> None:
-    """Write the report of a run beside its record, from that alone."""
+    """Write the report of a run beside its record, from that alone, and seal them."""
     assert run.directory is not None  # it was opened
     try:
         write_page(read_record(run.directory))
+        write_seal(run.directory)
     except ConformanceError as error:
         run.abort(str(error))
 

@@ -16,6 +16,7 @@ from conformance.report.console import console
 from conformance.report.folder import make_folder
 from conformance.report.record import read_record
 from conformance.report.report_page import write_page
+from conformance.report.seal import write_seal
 from conformance.report.summary import print_summary
 from conformance.spec.load import load_spec
 from conformance.spec_commands import NodeIdOption, ReportDirOption, VariantOption
@@ -54,6 +55,7 @@ def judge(
     folder = make_folder(report_dir, spec.name, "recording")
     write(results, seen, folder)
     write_page(read_record(folder))
+    write_seal(folder)
     print_summary(results, str(folder), console)
     if results.exit_code == UNDECIDED:
         raise BenchError("what the recording shows does not decide it")

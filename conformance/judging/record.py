@@ -22,6 +22,7 @@ from conformance.judging.tpdos import tpdos
 from conformance.judging.transfers import transfers
 from conformance.report.junit import write_junit
 from conformance.report.results import Item, JsonValue, Results
+from conformance.report.seal import digest
 from conformance.requirements import Requirement
 from conformance.spec.model import DeviceSpec
 
@@ -187,6 +188,7 @@ def write(results: Results, recording: Recording, folder: Path) -> None:
         for seen in recording.seen:
             trace.add(seen.time_s, seen.frame, received=seen.received)
         trace.close()
+        results.run["trace_sha256"] = digest(folder / "trace.log")
     except OSError as error:
         raise BenchError(f"cannot write {folder}: {error.strerror or error}") from error
     results.write(folder / "results.json")
