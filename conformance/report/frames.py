@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -63,16 +64,23 @@ class TraceFile:
 
     Args:
         path: Where it would be.
+
+    Attributes:
+        missing: Why it cannot be read, empty if it can.
+        sha256: Of the file, empty without it.
     """
 
     def __init__(self, path: Path) -> None:
-        self.missing = ""
+        self.missing = self.sha256 = ""
         self._lines: list[str] = []
         self._decoded: tuple[tuple[int, int, int], list[Seen]] = (0, 0, 0), []
         try:
-            self._lines = path.read_text(encoding="ascii", errors="replace").splitlines()
+            octets = path.read_bytes()
         except OSError as error:
             self.missing = f"{path.name} cannot be read: {error.strerror or error}"
+            return
+        self.sha256 = hashlib.sha256(octets).hexdigest()
+        self._lines = octets.decode("ascii", "replace").splitlines()
 
     def evidence(self, place: str, begins: int, about: str) -> Evidence:
         """Return the frames of an item.

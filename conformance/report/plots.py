@@ -9,9 +9,10 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from io import StringIO
-from math import log10
+from math import isfinite, log10
 from typing import TYPE_CHECKING, Any, Final
 
+from conformance.report.record import ResponseTimes
 from conformance.report.results import Item
 
 if TYPE_CHECKING:
@@ -69,12 +70,12 @@ class _Row:
     failed: bool
 
 
-def plots(items: Sequence[Item], response_times: Any) -> list[Plot]:
+def plots(items: Sequence[Item], response_times: ResponseTimes) -> list[Plot]:
     """Return the plots of a run, none where nothing was measured.
 
     Args:
         items: What was judged.
-        response_times: ``run.sdo_response_times`` of the record, if it has that.
+        response_times: How long the node took to answer.
     """
     rows = [(item, row) for item in items for row in _rows(item)]
     several = [(i, r) for i, r in rows if r.unit == "ms" and len(r.values) >= FEWEST_INTERVALS]
@@ -96,18 +97,24 @@ def _rows(item: Item) -> list[_Row]:
     """Return the measurements of an item that have values, a nominal one and limits on both sides."""
     found = []
     for it in item.measurements:
-        figures = (it.get("least"), it.get("nominal"), it.get("most"))
-        least, nominal, most = (x if isinstance(x, int | float) else None for x in figures)
-        values = it.get("values")
-        if least is None or nominal is None or most is None or not isinstance(values, list):
+        least, nominal, most = (_number(it.get(key)) for key in ("least", "nominal", "most"))
+        told = it.get("values")
+        values = [_number(value) for value in told] if isinstance(told, list) else []
+        known = [value for value in values if value is not None]
+        if least is None or nominal is None or most is None or len(known) < len(values):
             continue
-        if values and most > least:
+        if known and most > least:
             name = item.id.partition("/")[2]
             row = _Row(
-                name, str(it.get("unit")), values, least, nominal, most, item.verdict == "fail"
+                name, str(it.get("unit")), known, least, nominal, most, item.verdict == "fail"
             )
             found.append(row)
     return found
+
+
+def _number(value: object) -> float | None:
+    """Return a finite number of a record; None for all else."""
+    return value if isinstance(value, int | float) and isfinite(value) else None
 
 
 def _figures(rows: Sequence[_Row]) -> list[tuple[str, ...]]:
@@ -215,11 +222,9 @@ def _values(unit: str, word: str, rows: Sequence[_Row]) -> Plot | None:
     return Plot(name, f"{word} against what was expected", words, _HEADS, _figures(rows), svg)
 
 
-def _response_times(times: Any) -> Plot | None:
+def _response_times(times: ResponseTimes) -> Plot | None:
     """Return the histogram of the SDO response times."""
-    if not isinstance(times, dict) or not isinstance(times.get("histogram"), list):
-        return None
-    steps = [(float(edge), int(count)) for edge, count in times["histogram"]]
+    steps = times.histogram
     if sum(count for _, count in steps) < FEWEST_TRANSFERS:
         return None
     low = [edge / _ratio(steps) for edge, _ in steps]
@@ -240,9 +245,9 @@ def _response_times(times: Any) -> Plot | None:
         axes.set_ylabel("transfers")
 
     words = (
-        f"{times.get('transfers')} transfers were answered: median {times.get('median_ms')} ms, 99 % "
-        f"within {times.get('p99_ms')} ms, at most {times.get('max_ms')} ms "
-        f"({times.get('max_object')}). Both scales are logarithmic."
+        f"{times.transfers} transfers were answered: median {times.median_ms} ms, 99 % within "
+        f"{times.p99_ms} ms, at most {times.max_ms} ms ({times.max_object}). Both scales are "
+        "logarithmic."
     )
     rows = [
         (f"{first:.4g} to {edge:.4g} ms", str(count))

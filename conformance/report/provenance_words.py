@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import shlex
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from conformance.report.frames import TraceFile
-from conformance.report.record import Record
+from conformance.report.record import Origin, Record
 
 _COUNTED = {
     "unsolicited_sdo_responses": "SDO responses that nobody asked for",
@@ -22,10 +20,11 @@ _COUNTED = {
 
 def facts(record: Record, trace: TraceFile) -> dict[str, list[tuple[str, str]]]:
     """Return titled lists of names and values; what a record does not tell is left out."""
+    origin = record.origin
     return {
-        "Bench": _kept(_bench(record.run)),
-        "Times": _kept(_times(record.run)),
-        "What the run did to the device": _kept(_effects(record.run)),
+        "Bench": _kept(_bench(origin)),
+        "Times": _kept(_times(origin)),
+        "What the run did to the device": _kept(_effects(origin)),
         "Record": _kept(_files(record, trace)),
     }
 
@@ -34,70 +33,65 @@ def _kept(pairs: Iterator[tuple[str, object]]) -> list[tuple[str, str]]:
     return [(name, str(value)) for name, value in pairs if value not in ("", None)]
 
 
-def _bench(run: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
-    yield "bench", run.get("bench")
-    yield "adapter (python-can interface)", run.get("interface")
-    bitrate = run.get("bitrate")
-    yield "bit rate", f"{bitrate / 1000:g} kbit/s" if isinstance(bitrate, int | float) else ""
-    stamps = run.get("timestamps")
-    if isinstance(stamps, dict):
-        yield "timestamps made by", f"the {stamps.get('by')}"
-        yield "timestamps late by at most", f"{stamps.get('late_ms', 0):.3g} ms"
-    yield "clock", run.get("clock")
-    yield "CAN-ID of the markers", f"{run['markers']:03X}h" if run.get("markers") else ""
-    yield "computer", run.get("system")
+def _bench(origin: Origin) -> Iterator[tuple[str, object]]:
+    yield "bench", origin.bench
+    yield "adapter (python-can interface)", origin.interface
+    yield "bit rate", f"{origin.bitrate / 1000:g} kbit/s" if origin.bitrate else ""
+    if origin.timestamps is not None:
+        yield "timestamps made by", f"the {origin.timestamps.by}"
+        yield "timestamps late by at most", f"{origin.timestamps.late_ms:.3g} ms"
+    yield "clock", origin.clock
+    yield "CAN-ID of the markers", f"{origin.markers:03X}h" if origin.markers else ""
+    yield "computer", origin.system
 
 
-def _times(run: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
-    for name in ("started", "finished"):
-        yield name, str(run.get(name, "")).replace("T", " ").replace("+00:00", " UTC")
-    wall_s = run.get("wall_s")
-    yield "took", f"{wall_s:.1f} s" if isinstance(wall_s, int | float) else ""
-    bus = run.get("bus_time")
-    if isinstance(bus, dict):
-        yield "bus time", f"{bus.get('taken_s', 0):.1f} s, needed {bus.get('needed_s', 0):.1f} s"
-    yield "frames", run.get("frames")
+def _times(origin: Origin) -> Iterator[tuple[str, object]]:
+    yield "started", shown_time(origin.started)
+    yield "finished", shown_time(origin.finished)
+    yield "took", "" if origin.wall_s is None else f"{origin.wall_s:.1f} s"
+    if origin.bus_time is not None:
+        taken_s, needed_s = origin.bus_time.taken_s, origin.bus_time.needed_s
+        yield "bus time", f"{taken_s:.1f} s, needed {needed_s:.1f} s"
+    yield "frames", origin.frames
 
 
-def _effects(run: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
-    found = run.get("as_found")
-    if isinstance(found, dict) and "differences" in found:
-        differences = found["differences"]
-        left = ", ".join(str(it.get("object")) for it in differences)
-        words = (
-            f"not as found: {left}" if differences else f"as found ({found['objects']} settings)"
-        )
+def shown_time(stamp: str) -> str:
+    """Return a time as people write it: ``2026-11-22 22:38:09 UTC``."""
+    return stamp.replace("T", " ").replace("+00:00", " UTC")
+
+
+def _effects(origin: Origin) -> Iterator[tuple[str, object]]:
+    found = origin.as_found
+    if found is not None and found.differences is not None:
+        left = ", ".join(it.object for it in found.differences)
+        words = f"not as found: {left}" if left else f"as found ({found.objects} settings)"
         yield "the device was left", words
-        yield "NMT state before", found.get("nmt_state")
-    yield "writes of its non-volatile memory", run.get("non_volatile_writes")
-    cycles = run.get("wear_cycles")
+        yield "NMT state before", found.nmt_state
+    yield "writes of its non-volatile memory", origin.non_volatile_writes
+    cycles = origin.wear_cycles
     yield "writes that its manual gives the memory", f"{cycles:,}" if cycles else ""
     for key, words in _COUNTED.items():
-        yield words, run.get(key)
+        yield words, getattr(origin, key)
 
 
 def _files(record: Record, trace: TraceFile) -> Iterator[tuple[str, object]]:
-    run = record.run
-    yield "suite", f"canopen-conformance {run.get('suite')}" if run.get("suite") else ""
-    if "acceptance" in run:
-        yield "acceptance run", "yes" if run["acceptance"] else "no"
-    yield "spec", run.get("spec")
-    yield "SHA-256 of the spec", run.get("spec_sha256")
-    yield "EDS", run.get("eds")
-    yield "SHA-256 of the EDS", run.get("eds_sha256")
+    origin = record.origin
+    yield "suite", f"canopen-conformance {origin.suite}" if origin.suite else ""
+    yield "acceptance run", {True: "yes", False: "no", None: ""}[origin.acceptance]
+    yield "spec", origin.spec
+    yield "SHA-256 of the spec", origin.spec_sha256
+    yield "EDS", origin.eds
+    yield "SHA-256 of the EDS", origin.eds_sha256
     yield f"SHA-256 of {record.path.name}", record.sha256
-    yield f"SHA-256 of {record.trace.name}", "" if trace.missing else _sha256(record)
-    yield "seed", run.get("seed")
-    libraries = {"python": "Python", "python_can": "python-can", "canopen": "canopen"}
-    yield (
-        "libraries",
-        ", ".join(f"{name} {run[key]}" for key, name in libraries.items() if key in run),
-    )
-    if run.get("arguments"):
-        select = ["--select", str(run["select"])] if run.get("select") else []
-        again = ["canopen-conformance", "run", *map(str, run["arguments"]), *select]
+    yield f"SHA-256 of {record.trace.name}", trace.sha256
+    yield "seed", origin.seed
+    libraries = {
+        "Python": origin.python,
+        "python-can": origin.python_can,
+        "canopen": origin.canopen,
+    }
+    yield "libraries", ", ".join(f"{name} {number}" for name, number in libraries.items() if number)
+    if origin.arguments:
+        select = ["--select", origin.select] if origin.select else []
+        again = ["canopen-conformance", "run", *origin.arguments, *select]
         yield "the same again", shlex.join(again)
-
-
-def _sha256(record: Record) -> str:
-    return hashlib.sha256(record.trace.read_bytes()).hexdigest()

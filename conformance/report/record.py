@@ -7,9 +7,9 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt, ValidationError
 
 from conformance.errors import Problem, SpecError
 from conformance.report.results import VERDICTS, Item
@@ -17,6 +17,7 @@ from conformance.report.scanned import Scanned
 
 NAME = "results.json"
 TRACE = "trace.log"
+_PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class _Part(BaseModel):
@@ -78,6 +79,85 @@ class Summary(_Part):
     illegal: str = ""
 
 
+class Stamps(_Part):
+    """Who made the timestamps."""
+
+    by: str = ""
+    late_ms: FiniteFloat = 0.0
+
+
+class BusTime(_Part):
+    """How long a run had to take, and took."""
+
+    needed_s: FiniteFloat = 0.0
+    taken_s: FiniteFloat = 0.0
+
+
+class Difference(_Part):
+    """An object that a run did not leave as it was."""
+
+    object: str = ""
+
+
+class AsFound(_Part):
+    """How a run left the device; differences are None where nobody could tell."""
+
+    objects: int = 0
+    nmt_state: str = ""
+    differences: Sequence[Difference] | None = None
+
+
+class ResponseTimes(_Part):
+    """How long the node took to answer; a step of the histogram is its upper limit and a count."""
+
+    transfers: int = 0
+    median_ms: FiniteFloat = 0.0
+    p99_ms: FiniteFloat = 0.0
+    max_ms: FiniteFloat = 0.0
+    max_object: str = ""
+    histogram: Sequence[tuple[_PositiveFloat, NonNegativeInt]] = ()
+
+
+class Origin(_Part):
+    """Where a record comes from, as far as the report tells it; see `conformance.provenance`."""
+
+    suite: str = ""
+    acceptance: bool | None = None
+    spec: str = ""
+    spec_sha256: str = ""
+    eds: str = ""
+    eds_sha256: str = ""
+    bench: str = ""
+    interface: str = ""
+    bitrate: int | None = None
+    seed: int | None = None
+    select: str = ""
+    strict: bool = False
+    arguments: Sequence[str] = ()
+    markers: int | None = None
+    python: str = ""
+    python_can: str = ""
+    canopen: str = ""
+    system: str = ""
+    started: str = ""
+    finished: str = ""
+    wall_s: FiniteFloat | None = None
+    clock: str = ""
+    bus_time: BusTime | None = None
+    timestamps: Stamps | None = None
+    frames: int | None = None
+    as_found: AsFound | None = None
+    non_volatile_writes: int | None = None
+    wear_cycles: int | None = None
+    unsolicited_sdo_responses: int | None = None
+    improper_sdo_responses: int | None = None
+    improper_heartbeats: int | None = None
+    improper_lss_responses: int | None = None
+    restarts: int | None = None
+    unanswered_sdo_requests: int | None = None
+    sdo_response_times: ResponseTimes = ResponseTimes()
+
+
 class _Content(_Part):
     run: Mapping[str, Any]
     device: Device
@@ -94,7 +174,8 @@ class Record:
     Args:
         path: The file it was read from.
         sha256: Of that file.
-        run: Provenance.
+        run: Provenance, as it stands in the file.
+        origin: What the report tells of it.
         device: What was judged.
         items: In the order in which they ran.
         summary: What the run came to, in its own words.
@@ -105,6 +186,7 @@ class Record:
     path: Path
     sha256: str
     run: Mapping[str, Any]
+    origin: Origin
     device: Device
     items: Sequence[Item]
     summary: Summary
@@ -114,7 +196,7 @@ class Record:
     @property
     def strict(self) -> bool:
         """Deviations at level ``should`` count."""
-        return self.run.get("strict") is True
+        return self.origin.strict
 
     @property
     def trace(self) -> Path:
@@ -157,5 +239,15 @@ def read_record(place: Path) -> Record:
     return Record(
         path=path,
         sha256=hashlib.sha256(octets).hexdigest(),
+        origin=_origin(content.run),
         **{name: getattr(content, name) for name in _Content.model_fields},
     )
+
+
+def _origin(run: Mapping[str, Any]) -> Origin:
+    """Return where a record comes from; what is not of its kind counts as not told."""
+    try:
+        return Origin.model_validate(run)
+    except ValidationError as error:
+        wrong = {problem["loc"][0] for problem in error.errors(include_url=False)}
+        return Origin.model_validate({key: it for key, it in run.items() if key not in wrong})

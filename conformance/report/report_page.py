@@ -17,7 +17,7 @@ from conformance.report.frames import Evidence, TraceFile
 from conformance.report.identity import identity
 from conformance.report.pages import render
 from conformance.report.plots import plots
-from conformance.report.provenance_words import facts
+from conformance.report.provenance_words import facts, shown_time
 from conformance.report.readings_words import followed
 from conformance.report.record import Record
 from conformance.report.results import VERDICTS, Item
@@ -97,17 +97,18 @@ def to_html(record: Record) -> str:
         remarks=[it for it in findings if not record.deviates(it.item)],
         undecided=_undecided(record.items),
         skipped=Counter(item.reason for item in record.items if item.verdict == "skipped"),
-        whole=record.summary.complete and not record.run.get("select") and not counts["skipped"],
+        whole=record.summary.complete and not record.origin.select and not counts["skipped"],
         cautions=list(cautions(record)),
         identity=identity(record.device.identity),
         facts=facts(record, trace),
-        plots=plots(record.items, record.run.get("sdo_response_times")),
+        plots=plots(record.items, record.origin.sdo_response_times),
         groups=list(_groups(record)),
         by_service=_by_service(record.items),
         levels=list(dict.fromkeys(item.level for item in record.items)),
         readings=followed(record),
         coverage=coverage(record),
         fates=FATES,
+        started=shown_time(record.origin.started),
         suite=version("canopen-conformance"),
     )
 

@@ -60,7 +60,7 @@ def coverage(record: Record) -> Coverage:
     for item in record.items:
         items[item.requirement].append(item)
     order = list(FATES)
-    whole = record.summary.complete and not record.run.get("select")
+    whole = record.summary.complete and not record.origin.select
     told = [_told(statement, items, whole=whole) for statement in record.manual.statements]
     told.sort(key=lambda it: order.index(it.fate))
     counted = Counter(it.fate for it in told)

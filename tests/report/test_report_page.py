@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import re
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -14,9 +15,12 @@ from typing import Any
 
 import pytest
 
+from conformance.errors import SpecError
+from conformance.report import plots
 from conformance.report.pages import MOST_SHOWN
 from conformance.report.record import read_record
 from conformance.report.report_page import to_html
+from conformance.resources import data
 
 FAULT = ("--fault", "heartbeat-slow-10-percent", "--select", "HB or OD-09 or DEV-38")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -141,9 +145,9 @@ def test_every_item_and_every_deviation_is_in_it(finished: Any) -> None:
         assert item["trace"] in page.text
         for deviation in item["deviations"]:
             assert deviation["actual"] in page.text
-    plots = page.all("svg")
-    assert len(plots) == len(page.all("figure")) >= 2
-    assert all(it["role"] == "img" for it in plots)
+    drawn = page.all("svg")
+    assert len(drawn) == len(page.all("figure")) >= 2
+    assert all(it["role"] == "img" for it in drawn)
 
 
 def test_the_record_alone_makes_the_same_page(
@@ -279,6 +283,45 @@ def test_what_is_no_record_gets_a_sentence(
     assert finished.code == 3
     assert words in finished.err
     assert finished.err.count("error:") == 1
+
+
+def _places(content: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Return where in a record anything stands, of lists the first alone."""
+    if place:
+        yield place
+    keys: Iterable[Any] = ()
+    if isinstance(content, dict):
+        keys = content
+    elif isinstance(content, list):
+        keys = range(len(content[:1]))
+    for key in keys:
+        yield from _places(content[key], (*place, key))
+
+
+@pytest.mark.parametrize("other", [None, "x", float("nan")], ids=str)
+def test_a_record_is_refused_or_makes_a_page_whatever_stands_in_it(
+    other: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plots, "_svg", lambda *_: "")
+    content = json.loads(
+        (data("reports") / "samples/heartbeat-slow/results.json").read_text("utf-8")
+    )
+    content["items"] = [it for it in content["items"] if it["verdict"] == "fail"][:1]
+    refused = 0
+    for *above, last in list(_places(content)):
+        changed = copy.deepcopy(content)
+        within = changed
+        for key in above:
+            within = within[key]
+        within[last] = other
+        (tmp_path / "results.json").write_text(json.dumps(changed), encoding="utf-8")
+        try:
+            made = read_record(tmp_path)
+        except SpecError:
+            refused += 1
+        else:
+            assert "</html>" in to_html(made)
+    assert refused
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed")

@@ -11,9 +11,11 @@ import pytest
 
 from conformance.report.plots import plots
 from conformance.report.readings_words import followed
-from conformance.report.record import Record, read_record
+from conformance.report.record import Record, ResponseTimes, read_record
 from conformance.report.results import Item
 from conformance.report.shown_statements import coverage
+
+NONE = ResponseTimes()
 
 
 def item(requirement: str, place: str, verdict: Any, **more: Any) -> dict[str, Any]:
@@ -130,7 +132,7 @@ def measured(service: str, unit: str, values: list[float], **limits: float | Non
 
 
 def test_a_plot_has_its_figures_as_words_and_no_colour_of_its_own() -> None:
-    (plot,) = plots([measured("heartbeat", "ms", [99.0, 100.0, 250.0])], None)
+    (plot,) = plots([measured("heartbeat", "ms", [99.0, 100.0, 250.0])], NONE)
 
     assert plot.id == "heartbeats"
     assert plot.rows == [("HB-01/1017h", "3", "90 ms", "110 ms", "99 ms", "149.667 ms", "250 ms")]
@@ -138,7 +140,7 @@ def test_a_plot_has_its_figures_as_words_and_no_colour_of_its_own() -> None:
     assert "var(--bad)" in plot.svg
     assert "#010101" not in plot.svg
     HTMLParser().feed(plot.svg)
-    assert plots([measured("heartbeat", "ms", [99.0, 100.0, 250.0])], None) == [plot]
+    assert plots([measured("heartbeat", "ms", [99.0, 100.0, 250.0])], NONE) == [plot]
 
 
 @pytest.mark.parametrize(
@@ -147,23 +149,25 @@ def test_a_plot_has_its_figures_as_words_and_no_colour_of_its_own() -> None:
         measured("heartbeat", "ms", [100.0]),
         measured("heartbeat", "ms", [100.0] * 5, least=None),
         measured("heartbeat", "ms", []),
+        measured("heartbeat", "ms", [100.0, 100.0, float("nan")]),
+        measured("heartbeat", "ms", [100.0] * 5, most=float("inf")),
         measured("filters", "s", [1.0]),
         measured("heartbeat", "ms", [100.0] * 5, least=100.0, most=100.0),
     ],
 )
 def test_what_has_no_limits_or_too_few_figures_is_not_plotted(made: Item) -> None:
-    assert plots([made], {"transfers": 0}) == []
+    assert plots([made], NONE) == []
 
 
 def test_values_and_response_times_have_plots_of_their_own() -> None:
-    times = {
-        "transfers": 120,
-        "median_ms": 2.0,
-        "p99_ms": 3.0,
-        "max_ms": 3.0,
-        "max_object": "1008h:00",
-        "histogram": [[2.239, 119], [2.512, 0], [2.818, 0], [3.162, 1]],
-    }
+    times = ResponseTimes(
+        transfers=120,
+        median_ms=2.0,
+        p99_ms=3.0,
+        max_ms=3.0,
+        max_object="1008h:00",
+        histogram=[(2.239, 119), (2.512, 0), (2.818, 0), (3.162, 1)],
+    )
 
     made = plots([measured("slope", "deg", [101.0])], times)
 
