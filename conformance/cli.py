@@ -6,6 +6,7 @@ import gc
 import json
 import sys
 import traceback
+from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
@@ -18,7 +19,7 @@ from conformance.comparing.command import compare
 from conformance.doctor_command import benches, doctor
 from conformance.errors import ConformanceError, SpecError
 from conformance.explore.command import explore
-from conformance.history.command import history
+from conformance.history.command import DatabaseOption, history, prepare, remember
 from conformance.judging.command import judge
 from conformance.lots.command import inspect
 from conformance.mutants.command import mutants
@@ -138,6 +139,14 @@ def run(
         bool,
         typer.Option("--acceptance", help="All of it, as the spec has it: no option changes that."),
     ] = False,
+    baseline: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Deviations that are known: exit code by others alone."),
+    ] = None,
+    keep: Annotated[
+        bool, typer.Option("--history", help="Enter the run into the history.")
+    ] = False,
+    database: DatabaseOption = "",
     junit_suites: Annotated[
         Suites, typer.Option(help="What a suite of junit.xml holds: a device or a service.")
     ] = "device",
@@ -163,9 +172,16 @@ def run(
         dry_run=dry_run,
         repro=repro,
         acceptance=acceptance,
+        baseline=baseline,
         junit_suites=junit_suites,
     )
-    raise _Judged(runner.run(Run(options)))
+    if keep:
+        prepare(database)
+    made = Run(options)
+    code = runner.run(made)
+    if keep and made.directory is not None:
+        remember(made.directory, database)
+    raise _Judged(code)
 
 
 @app.command()

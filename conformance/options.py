@@ -45,6 +45,7 @@ class RunOptions:
     dry_run: bool = False
     repro: str = ""
     acceptance: bool = False
+    baseline: Path | None = None
     junit_suites: Suites = "device"
 
     def __post_init__(self) -> None:
@@ -58,6 +59,7 @@ class RunOptions:
             "--simulate-spec": self.simulate_spec,
             "--seed": self.seed,
             "--strict": self.strict,
+            "--baseline": self.baseline,
         }
         given = [name for name, value in left_to_the_spec.items() if value]
         if given:

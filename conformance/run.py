@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection
 from dataclasses import asdict, replace
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import get_args
 
@@ -18,6 +18,7 @@ from conformance.bench.given_back.journal import Found, Journal
 from conformance.bench.overriding import overridden
 from conformance.bench.services.identity import read_identity
 from conformance.bench.session import Bench
+from conformance.comparing.baseline import load_baseline
 from conformance.effects import WEARING, Effect, Need
 from conformance.errors import BenchError, ConformanceError, NodeTimeout
 from conformance.judged import OnBus, facts_of, item_id, item_of
@@ -76,6 +77,11 @@ class Run:
         self.strict = options.strict
         self._selection = selection(options.select)
         self._eds = None if options.eds is None else EdsWord(read_eds(Path(options.eds)), self.spec)
+        self._baseline = (
+            None
+            if options.baseline is None
+            else load_baseline(options.baseline, date.today())  # noqa: DTZ011 - it expires by the calendar on the wall
+        )
         self._simulation = simulation(options, self.definition, self.spec)
         if self.definition.markers is not None:
             require_free(self.definition.markers, self.spec)
@@ -221,7 +227,7 @@ class Run:
             seen = f"{last.quantity}: {last.actual} against {last.expected}"
             reason = f"{LOST}; what came instead: {seen}"
             self.results.replace_last(
-                replace(last, verdict="inconclusive", reason=reason, repro="", deviations=())
+                replace(last, verdict="inconclusive", reason=reason, repro="", deviations=(), known="")
             )
 
     def take_back_failed(self) -> Item | None:
@@ -262,7 +268,12 @@ class Run:
         if word != "fail":
             return item
         again = repro.command(self.options.arguments(self.spec.variant), item.id)
-        return replace(item, repro=again, eds={} if self._eds is None else self._eds.on(item))
+        return replace(
+            item,
+            repro=again,
+            eds={} if self._eds is None else self._eds.on(item),
+            known="" if self._baseline is None else self._baseline.known(item.id),
+        )
 
     def record(self, item: Item) -> None:
         """Add a result to the record, and save the record now and then."""
@@ -318,6 +329,7 @@ class Run:
                     self.results.run["trace_sha256"] = digest(self.directory / "trace.log")
             except BenchError as error:
                 self.abort(str(error))
+        self._note_baseline()
         self.results.run["finished"] = datetime.now(UTC).isoformat(timespec="seconds")
         self.results.manual = manual(self._spec_file, self.spec.variant)
         self.results.run["wall_s"] = round(time.monotonic() - self._started, 3)
@@ -327,6 +339,18 @@ class Run:
                 write_junit(self.results, self.directory / "junit.xml", self.options.junit_suites)
         except BenchError as error:
             self.abort(str(error))
+
+    def _note_baseline(self) -> None:
+        """Note which entries of the baseline say nothing any more."""
+        if self._baseline is None:
+            return
+        deviating = [item.id for item in self.results.deviations()]
+        passing = {item.id for item in self.results.items if item.verdict == "pass"}
+        self.results.run["baseline"] = {
+            "file": str(self.options.baseline),
+            "expired": [entry.item for entry in self._baseline.expired(deviating)],
+            "no_longer": [it for it in self._baseline.entries if it in passing],
+        }
 
     def _give_back(self) -> None:
         """Give the node back as it was found, and note what is not."""

@@ -9,7 +9,7 @@ from typing import Annotated, Final
 
 import typer
 
-from conformance.errors import SpecError
+from conformance.errors import BenchError, SpecError
 from conformance.history import asking, pages
 from conformance.history.database import EXPECTED, VARIABLE, Database
 from conformance.history.keeping import enter
@@ -51,15 +51,29 @@ def history(
         _show(opened, asked[0] if asked else "", lot, export)
 
 
-def remember(place: Path, database: Database) -> None:
+def prepare(url: str) -> None:
+    """See that runs can be entered, before one begins.
+
+    Raises:
+        SpecError: The database is none of this suite.
+        BenchError: It cannot be opened.
+    """
+    Database(url, create=True).close()
+
+
+def remember(place: Path, url: str) -> None:
     """Enter a finished run, and say so.
 
     Raises:
-        SpecError: It is no run.
         BenchError: The database fails.
     """
-    new = enter(database, read_record(place))
-    console.say(f"{'history' if new else 'in the history already'}: {place} in {database.name}")
+    try:
+        with closing(Database(url, create=True)) as database:
+            enter(database, read_record(place))
+            console.say(f"history: {database.name}")
+    except BenchError as error:
+        again = f"canopen-conformance history add {place}"
+        raise BenchError(f"{error}; the record is there, try: {again}") from error
 
 
 def _add(places: Sequence[Path], url: str) -> None:

@@ -116,6 +116,11 @@ def _case(item: Item, trace: TraceFile | None, *, remark: bool) -> TestCase:
         case.add_skipped_info(
             message=_legal(f"remark: {headline(item)}"), output=_legal(explain(item))
         )
+    elif item.verdict == "fail" and item.known:
+        case.add_skipped_info(
+            message=_legal(f"known deviation: {item.known}: {headline(item)}"),
+            output=_legal(explain(item)),
+        )
     elif item.verdict == "fail":
         shown = "\n".join([explain(item), *_frames(item, trace)])
         case.add_failure_info(message=_legal(headline(item)), output=_legal(shown))
@@ -175,6 +180,8 @@ def explain(item: Item) -> str:
         lines.append(f"  EDS       {item.eds['says']}")
     if item.eds.get("stands"):
         lines.append(f"            {item.eds['stands']}")
+    if item.known:
+        lines.append(f"  known     {item.known}")
     lines.append(f"  wire      {item.trace}")
     if item.repro:
         lines.append(f"  again     {item.repro}")

@@ -52,6 +52,7 @@ class Item:
         begins: Line of the trace at which the check itself begins, its set-up done.
         repro: The command that runs a failed item again.
         marker: Its number in the marker frames; 0 without them.
+        known: Who knows its deviation, why and until when; empty if nobody.
     """
 
     id: str
@@ -76,6 +77,7 @@ class Item:
     begins: int = 0
     repro: str = ""
     marker: int = 0
+    known: str = ""
 
 
 @dataclass(slots=True)
@@ -122,7 +124,7 @@ class Results:
         return {word: counted[word] for word in VERDICTS}
 
     def deviations(self) -> list[Item]:
-        """Return the failed items that decide the run."""
+        """Return the failed items for which the device does not conform, known or not."""
         return [item for item in self.items if self.deviates(item)]
 
     def deviates(self, item: Item) -> bool:
@@ -139,8 +141,8 @@ class Results:
 
     @property
     def exit_code(self) -> int:
-        """0 conforms, 1 deviations, 2 inconclusive or the bench failed."""
-        if self.deviations():
+        """0 conforms, 1 deviations that nobody knows, 2 inconclusive or the bench failed."""
+        if not all(item.known for item in self.deviations()):
             return 1
         counts = self.counts()
         decided = counts["pass"] + counts["fail"]
@@ -157,7 +159,9 @@ class Results:
 
     @property
     def verdict(self) -> str:
-        """The run in one word: ``conforms``, ``deviates`` or ``inconclusive``."""
+        """The run in one word: ``conforms``, ``deviates``, known or not, or ``inconclusive``."""
+        if self.deviations():
+            return "deviates"
         return ("conforms", "deviates", "inconclusive")[self.exit_code]
 
     def to_json(self) -> str:
@@ -170,6 +174,7 @@ class Results:
             "left_changed": self.left_changed,
             "illegal": self.illegal,
             "items": len(self.items),
+            "known": sum(bool(item.known) for item in self.deviations()),
         }
         summary.update(self.counts())
         self._texts += (_to_line(item) for item in self.items[len(self._texts) :])

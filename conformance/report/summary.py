@@ -132,6 +132,7 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     deviations, remarks = results.deviations(), results.remarks()
     _grouped(f"{_many(len(deviations), 'deviation')}:", deviations, explain, terminal)
     _grouped(f"{_many(len(remarks), 'remark')}:", remarks, explain, terminal)
+    _baseline(results, terminal)
     undecided = [item for item in results.items if item.verdict == "inconclusive"]
     title = f"{_many(len(undecided), 'item')} could not be decided:"
     _grouped(title, undecided, _reason, terminal)
@@ -157,6 +158,20 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     _wear(results, terminal)
     _timestamps(results, terminal)
     terminal.say(f"record: {directory} (report.html, results.json, junit.xml, trace.log)")
+
+
+def _baseline(results: Results, terminal: Terminal) -> None:
+    """Say how many deviations are known, and which entries of the baseline say nothing any more."""
+    baseline = results.run.get("baseline")
+    if not isinstance(baseline, dict):
+        return
+    deviations = results.deviations()
+    known = sum(bool(item.known) for item in deviations)
+    terminal.say(f"known by {baseline['file']}: {known} of {_many(len(deviations), 'deviation')}")
+    for item in baseline["expired"]:
+        terminal.say(f"expired in the baseline, and deviates: {item}", style="bold yellow")
+    for item in baseline["no_longer"]:
+        terminal.say(f"in the baseline, and passes: {item}", style="yellow")
 
 
 def _as_found(results: Results, terminal: Terminal) -> None:
