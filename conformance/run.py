@@ -77,11 +77,9 @@ class Run:
         self.strict = options.strict
         self._selection = selection(options.select)
         self._eds = None if options.eds is None else EdsWord(read_eds(Path(options.eds)), self.spec)
-        self._baseline = (
-            None
-            if options.baseline is None
-            else load_baseline(options.baseline, date.today())  # noqa: DTZ011 - it expires by the calendar on the wall
-        )
+        today = date.today()  # noqa: DTZ011 - a baseline expires by the calendar on the wall
+        known = options.baseline
+        self._baseline = None if known is None else load_baseline(known, today)
         self._simulation = simulation(options, self.definition, self.spec)
         if self.definition.markers is not None:
             require_free(self.definition.markers, self.spec)
@@ -227,7 +225,9 @@ class Run:
             seen = f"{last.quantity}: {last.actual} against {last.expected}"
             reason = f"{LOST}; what came instead: {seen}"
             self.results.replace_last(
-                replace(last, verdict="inconclusive", reason=reason, repro="", deviations=(), known="")
+                replace(
+                    last, verdict="inconclusive", reason=reason, repro="", deviations=(), known=""
+                )
             )
 
     def take_back_failed(self) -> Item | None:
