@@ -250,11 +250,11 @@ def load_spec(path: Path) -> SpecFile:
     Raises:
         SpecError: With every problem of the file.
     """
-    return _load(path, _state(path))
+    return _load(path, state_of(path))
 
 
-def _state(path: Path) -> tuple[int, ...]:
-    """Return what changes when the file does."""
+def state_of(path: Path) -> tuple[int, ...]:
+    """Return what changes when a file does."""
     try:
         stat = path.stat()
     except (OSError, ValueError):  # reading it tells why

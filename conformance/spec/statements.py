@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -12,7 +13,7 @@ from pydantic import AfterValidator, ConfigDict, Field, WithJsonSchema, model_va
 
 from conformance.errors import Problem, SpecError
 from conformance.spec.fields import AmbiguityId, Source, StrictModel
-from conformance.spec.load import SpecFile
+from conformance.spec.load import SpecFile, load_spec, state_of
 from conformance.spec.readings import parse_path
 from conformance.spec.validation import validate
 from conformance.spec.yaml_reader import Path_, YamlFile, read_yaml, shown
@@ -146,9 +147,16 @@ def load_statements(spec: SpecFile) -> StatementsFile | None:
     Raises:
         SpecError: With every problem of the file.
     """
-    if not statements_of(spec.yaml.path).exists():
+    path = spec.yaml.path
+    statements = statements_of(path)
+    if not statements.exists():
         return None
-    file, problems = find_statement_problems(spec)
+    return _load(path, state_of(path), state_of(statements))
+
+
+@lru_cache(maxsize=32)
+def _load(path: Path, _spec: tuple[int, ...], _statements: tuple[int, ...]) -> StatementsFile:
+    file, problems = find_statement_problems(load_spec(path))
     if file is None:
         raise SpecError(*problems)
     return file

@@ -90,6 +90,18 @@ def test_a_good_file_is_what_it_says(beside: Beside) -> None:
     assert fourth.open == "no check asks for EMCY"
 
 
+def test_a_file_is_read_once_and_again_when_it_was_changed(beside: Beside) -> None:
+    path = beside(GOOD)
+    spec = load_spec(spec_of(path))
+    first = load_statements(spec)
+    assert load_statements(spec) is first
+
+    path.write_text(GOOD.replace("a bus carries no mass", "nobody weighs it"), encoding="utf-8")
+    file = load_statements(spec)
+    assert file is not None
+    assert file.statements[2].because == "nobody weighs it"
+
+
 def test_a_spec_without_statements_has_none(tmp_path: Path, good: str) -> None:
     path = tmp_path / "spec.yaml"
     path.write_text(good, encoding="utf-8")
