@@ -44,7 +44,7 @@ class Exchange:
         parts: What was carried so far.
         toggle: Toggle bit of the last request.
         ends: The last segment was downloaded.
-        sized: A download says how many octets it has.
+        sized: An expedited transfer says how many octets it has.
         clean: Nothing nearby tells of frames that are missing or out of order.
     """
 
@@ -211,6 +211,7 @@ def _take(current: Exchange, response: sdo.Response) -> bool | None:
             current.abort, ends = response.code, True
         case sdo.InitiateUploadReply() if current.kind == "upload":
             current.expedited, current.announced = response.expedited, response.size
+            current.sized = response.size is not None or not response.expedited
             current.data = response.data if response.expedited else None
             ends = response.expedited
         case sdo.UploadSegmentReply() if current.kind == "upload" and not current.expedited:

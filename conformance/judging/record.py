@@ -131,8 +131,11 @@ class Judging:
             begins=found.first if found else 0,
             readings=dict(found.verdict.readings) if found else {},
             deviations=tuple(
-                {"quantity": it.quantity, "expected": it.expected, "actual": it.actual}
-                for it in (failed if found and found.word == "fail" else ())
+                {"quantity": quantity, "expected": expected, "actual": actual}
+                for quantity, expected, actual in dict.fromkeys(
+                    (it.quantity, it.expected, it.actual)
+                    for it in (failed if found and found.word == "fail" else ())
+                )
             ),
         )
 

@@ -66,8 +66,11 @@ class _Exchange:
         if not exchange.toggles or exchange.announced not in (None, len(data)):
             return  # it is not the whole value
         sure = exchange.expedited or exchange.announced is not None
-        judge = partial(_judge_length, entry=entry, data=data)
-        yield self._sighting("OD-03", entry, "type", judge, proof=sure)
+        if exchange.sized:
+            judge = partial(_judge_length, entry=entry, data=data)
+            yield self._sighting("OD-03", entry, "type", judge, proof=sure)
+        else:
+            data = data[: entry.type.size]
         lengths = {it.type.size for it in entry.readings}
         if self._all(cases.fixed, entry) and lengths & {None, len(data)}:
             judge = partial(_judge_value, entry=entry, data=data)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -86,6 +86,28 @@ def test_a_poor_recording_fails_no_sound_device(
         failed = [it for it in results.items if it.verdict == "fail"]
         assert (seed, failed) == (seed, [])
         assert not results.illegal
+
+
+def _readings() -> Iterator[tuple[str, str, int]]:
+    for device in DEVICES:
+        for ambiguity in load_spec(SPECS / f"{device}.yaml").document.ambiguities:
+            for number, reading in enumerate(ambiguity.readings, start=1):
+                if ambiguity.judged_by == "either" and number > 1 and reading.changes:
+                    yield device, ambiguity.id, number
+
+
+@pytest.mark.parametrize(
+    ("device", "ambiguity", "number"),
+    [*list(_readings())[::16], ("danfoss_dst_x730", "DST-43", 2)],
+)
+def test_a_device_may_follow_any_reading_of_its_manual(
+    device: str, ambiguity: str, number: int, tmp_path: Path
+) -> None:
+    messages = session(device, readings={ambiguity: number})
+
+    results = _judge(device, read_recording(write(messages, tmp_path / "customer.log")))
+
+    assert [it.id for it in results.items if it.verdict == "fail"] == []
 
 
 def test_a_second_master_between_request_and_response_decides_nothing(

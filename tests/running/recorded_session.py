@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import can
@@ -25,15 +25,19 @@ class Master:
     Args:
         device: Built-in name.
         faults: Of the simulated device.
+        readings: That it follows.
     """
 
-    def __init__(self, device: str, faults: Sequence[str] = ()) -> None:
+    def __init__(
+        self, device: str, faults: Sequence[str] = (), readings: Mapping[str, int] | None = None
+    ) -> None:
         self.spec: DeviceSpec = load_spec(SPECS / f"{device}.yaml").resolve(None, None)
         self.messages: list[can.Message] = []
         self._bus = can.Bus(
             interface="canopen_simulator",
             channel=device,
             faults=list(faults),
+            readings=readings,
             receive_own_messages=True,
             ignore_config=True,
         )
@@ -98,9 +102,11 @@ class Master:
         self._ask(sdo.InitiateDownload(index, sub, data))
 
 
-def session(device: str, faults: Sequence[str] = ()) -> list[can.Message]:
+def session(
+    device: str, faults: Sequence[str] = (), readings: Mapping[str, int] | None = None
+) -> list[can.Message]:
     """Return what a recorder sees of a master that takes a device into use."""
-    master = Master(device, faults)
+    master = Master(device, faults, readings)
     spec = master.spec
     producer, tpdo = spec.services.heartbeat_producer, spec.services.tpdo
     for _ in range(2):
