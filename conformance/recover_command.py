@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Annotated
 
@@ -55,6 +56,7 @@ def recover(
         update["channel"] = kept.channel
     definition = load_bench(path).model_copy(update=update)
     _require_known(spec, kept)
+    logging.getLogger("canopen").setLevel(logging.CRITICAL)  # what matters comes as an exception
     opened = Bench.open(definition, spec, {}, folder / TRACE)
     try:
         left = _recovered(opened, kept)

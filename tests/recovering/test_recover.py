@@ -22,6 +22,17 @@ KILLS = int(os.environ.get("KILLS", "1"))
 
 DEVICES = ("siko_ims360", "baumer_gim140r", "danfoss_dst_x730")
 TIMER = (0x1800, 5)
+LOSES = """format: 1
+what: An answer to a store is among those that are lost.
+inject: {sdo_loses_every: 8}
+"""
+LOSING = """format: 1
+what: A simulated device that loses answers.
+interface: canopen_simulator
+channel: siko_ims360
+options: {{faults: {fault}}}
+allow: [reads, writes, resets, non-volatile]
+"""
 NODE_ID = 50
 
 
@@ -123,6 +134,18 @@ def test_what_the_node_does_not_take_is_told(folder: Path) -> None:
     assert "does not take everything back: set it by hand" in done.stderr
     assert "1800h:05" in done.stdout
     assert "2C 01" in done.stdout
+
+
+def test_nothing_is_said_but_our_own_sentences(folder: Path) -> None:
+    """Python-canopen has a word of its own for each answer that does not come."""
+    journal(folder, {TIMER: b"\x2c\x01"})
+    fault = folder / "fault.yaml"
+    fault.write_text(LOSES, encoding="utf-8")
+    (folder / "bench.yaml").write_text(LOSING.format(fault=fault), encoding="utf-8")
+    done = recover(folder)
+    assert done.returncode == 2
+    assert "no usable SDO response to download 1010h:01" in done.stdout
+    assert [line[:6] for line in done.stderr.splitlines()] == ["error:"]
 
 
 def test_a_bench_that_is_gone_is_told(folder: Path) -> None:
