@@ -57,6 +57,12 @@ def inspect(
     judging = Judging.of(read)
     folder = report_dir or FOLDER / lot.stem
     begun = load_inspection(folder)
+    if (
+        begun is not None
+        and begun.sha256 != read.sha256
+        and not any(it.tries for it in begun.units)
+    ):
+        begun = None  # nothing was judged by the file as it was
     if begun is not None:
         require_same(read, begun.sha256, folder)
     inspection = begun or _begin(read)

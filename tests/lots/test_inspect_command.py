@@ -191,6 +191,11 @@ def test_another_lot_file_does_not_go_on_with_an_inspection(inspect: Inspected) 
     assert "expected the lot file that the inspection in " in done.err
 
 
+def test_a_lot_file_may_be_mended_before_anything_was_judged(inspect: Inspected) -> None:
+    assert inspect("size: 2\nlevel: all\nselect: nothing\n").code == 3
+    assert inspect(f"size: 2\nlevel: all\n{FAST}").code == 0
+
+
 def test_a_damaged_state_is_told(inspect: Inspected) -> None:
     done = inspect(f"size: 2\nlevel: all\n{FAST}")
     (done.folder / "lot.json").write_text('{"format": 1', encoding="ascii")
