@@ -115,7 +115,7 @@ def units_of(connection: Connection, lot: int) -> list[LotUnit]:
 
 def of_serial(serial: str) -> ColumnElement[bool]:
     """Return the condition that a run is of a unit with a serial number."""
-    return units.c.serial == serial
+    return runs.c.unit_id.in_(select(units.c.id).where(units.c.serial == serial))
 
 
 def of_lot(lot: int) -> ColumnElement[bool]:
@@ -140,8 +140,7 @@ def deviations_where(
     """Return run to the items that deviate in it."""
     query = select(deviations.c.run_id, deviations.c.item)
     if condition is not None:
-        matching = select(runs.c.id).outerjoin(units, units.c.id == runs.c.unit_id)
-        query = query.where(deviations.c.run_id.in_(matching.where(condition)))
+        query = query.where(deviations.c.run_id.in_(select(runs.c.id).where(condition)))
     found: dict[int, list[str]] = {}
     for run, item in connection.execute(query.order_by(deviations.c.run_id, deviations.c.item)):
         found.setdefault(run, []).append(item)

@@ -92,14 +92,18 @@ class Database:
             yield plain
 
     def insert_missing(
-        self, connection: Connection, table: Table, values: Mapping[str, str | int | None]
+        self,
+        connection: Connection,
+        table: Table,
+        values: Mapping[str, str | int | None],
+        *keys: str,
     ) -> bool:
-        """Insert a row unless one with its keys is there; tell whether it was inserted."""
+        """Insert a row unless one with the same keys is there; tell whether it was inserted."""
         insert = sqlite.insert if self._sqlite else postgresql.insert
         new: ReturningInsert[tuple[int]] = (
             insert(table)
             .values(values)
-            .on_conflict_do_nothing()
+            .on_conflict_do_nothing(index_elements=keys)
             .returning(literal_column("1", Integer))
         )
         return connection.execute(new).first() is not None

@@ -65,7 +65,7 @@ def enter(database: Database, record: Record) -> bool:
     with database.writing() as connection:
         unit = _unit(database, connection, record.device.spec, serial) if serial else None
         values = _run(record) | {"unit_id": unit}
-        if not database.insert_missing(connection, runs, values):
+        if not database.insert_missing(connection, runs, values, "sha256"):
             return False
         number = connection.execute(
             select(runs.c.id).where(runs.c.sha256 == record.sha256)
@@ -87,7 +87,7 @@ def keep_lot(database: Database, lot: Lot) -> None:
     }
     values["order_number"] = values.pop("order")
     with database.writing() as connection:
-        if not database.insert_missing(connection, lots, values):
+        if not database.insert_missing(connection, lots, values, "name"):
             connection.execute(update(lots).where(lots.c.name == values["name"]).values(values))
 
 
@@ -113,7 +113,7 @@ def place_unit(database: Database, lot: str, place: int, device: str, serial: st
             raise SpecError(f"{database.name}: expected the lot {lot!r}, got none of that name")
         unit = _unit(database, connection, device, serial)
         values = {"lot_id": number, "place": place, "unit_id": unit}
-        if not database.insert_missing(connection, places, values):
+        if not database.insert_missing(connection, places, values, "lot_id", "place"):
             there = (places.c.lot_id == number) & (places.c.place == place)
             connection.execute(update(places).where(there).values(unit_id=unit))
 
@@ -134,7 +134,7 @@ def verdict_of(record: Record) -> str:
 
 def _unit(database: Database, connection: Connection, device: str, serial: str) -> int:
     values = {"device": printable(device), "serial": printable(serial)}
-    database.insert_missing(connection, units, values)
+    database.insert_missing(connection, units, values, "device", "serial")
     same = (units.c.device == values["device"]) & (units.c.serial == values["serial"])
     number: int = connection.execute(select(units.c.id).where(same)).scalar_one()
     return number
