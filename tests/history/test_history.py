@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import multiprocessing
+import sqlite3
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -139,6 +140,17 @@ def test_stations_that_write_at_once_lose_nothing(url: str, tmp_path: Path) -> N
         (row,) = asking.by_device(connection)
         assert (row.runs, row.units) == (STATIONS * RUNS_OF_A_STATION, RUNS_OF_A_STATION)
         assert len(asking.deviations_where(connection)) == STATIONS * RUNS_OF_A_STATION
+
+
+def test_a_station_has_the_file_to_itself_before_it_looks(tmp_path: Path) -> None:
+    path = tmp_path / "history.sqlite"
+    with closing(Database(f"sqlite:///{path}", create=True)) as database:
+        with database.writing(), closing(sqlite3.connect(path, timeout=0)) as other:
+            assert other.execute("pragma journal_mode").fetchone() == ("wal",)
+            with pytest.raises(sqlite3.OperationalError, match="locked"):
+                other.execute("begin immediate")
+        with database.reading(), closing(sqlite3.connect(path, timeout=0)) as other:
+            other.execute("begin immediate")
 
 
 def test_an_older_history_is_brought_up_to_date(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
