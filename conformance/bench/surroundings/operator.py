@@ -166,16 +166,16 @@ class TerminalOperator(Operator):
         to = f"{value:g} degC (within {tolerance:g} K)" if value is not None else "room temperature"
         self._have_done(f"Bring the sensor to {to}, and wait until all of it has that", WARMING_S)
 
-    def _have_done(self, what: str, answer_s: float = ANSWER_S) -> None:
+    def _have_done(self, what: str, answer_s: float | None = None) -> None:
         """Ask for something, and wait for Enter."""
         self._answer(f"{what}, then press Enter: ", answer_s)
 
-    def _answer(self, prompt: str, answer_s: float = ANSWER_S) -> str:
+    def _answer(self, prompt: str, answer_s: float | None = None) -> str:
         """Ask once and return the line that comes."""
         self._forget()
         self._questions.write(prompt)
         self._questions.flush()
-        return self._line(time.monotonic() + answer_s)
+        return self._line(time.monotonic() + (ANSWER_S if answer_s is None else answer_s))
 
     def _forget(self) -> None:
         """Forget what came too late for the question before."""
