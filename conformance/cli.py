@@ -19,7 +19,7 @@ from conformance.comparing.command import compare
 from conformance.doctor_command import benches, doctor
 from conformance.errors import ConformanceError, SpecError
 from conformance.explore.command import explore
-from conformance.history.command import DatabaseOption, history, prepare, remember
+from conformance.history.command import DatabaseOption, history, prepared
 from conformance.judging.command import judge
 from conformance.lots.command import inspect
 from conformance.mutants.command import mutants
@@ -52,6 +52,8 @@ BENCH_FAILED = 2
 WRONG_USAGE = 3
 
 USAGE_ERROR = 2
+INTERRUPTED = 130
+"""What typer makes of Ctrl-C."""
 """What typer exits with; here it means something else."""
 
 
@@ -175,12 +177,11 @@ def run(
         baseline=baseline,
         junit_suites=junit_suites,
     )
-    if keep:
-        prepare(database)
+    remember = prepared(database) if keep else None
     made = Run(options)
     code = runner.run(made)
-    if keep and made.directory is not None:
-        remember(made.directory, database)
+    if remember is not None and made.directory is not None:
+        remember(made.directory)
     raise _Judged(code)
 
 
@@ -197,6 +198,14 @@ def catalogue(
     sys.stdout.write(text + "\n")
 
 
+def _code_of(left: SystemExit) -> object:
+    """Return the exit code for how typer ended."""
+    if left.code == INTERRUPTED:
+        console.error("interrupted")
+        return BENCH_FAILED
+    return WRONG_USAGE if left.code == USAGE_ERROR else left.code
+
+
 def main() -> None:
     """Run the command line; a mistake of the user gets one sentence and exit code 3."""
     code: object = 0
@@ -206,7 +215,7 @@ def main() -> None:
     except _Judged as judged:
         code = judged.code
     except SystemExit as left:
-        code = WRONG_USAGE if left.code == USAGE_ERROR else left.code
+        code = _code_of(left)
     except KeyboardInterrupt:
         console.error("interrupted")
         code = BENCH_FAILED

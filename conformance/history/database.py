@@ -18,9 +18,8 @@ from sqlalchemy.sql.dml import ReturningInsert
 
 from conformance.errors import BenchError, SpecError, first_line
 from conformance.history.schema import bring_up_to_date
+from conformance.history.where import EXPECTED, VARIABLE
 
-VARIABLE: Final = "CANOPEN_CONFORMANCE_DATABASE"
-EXPECTED: Final = "sqlite:///FILE or postgresql://USER@HOST/NAME"
 WAIT_S: Final = 30
 """How long a station waits for another one's transaction."""
 

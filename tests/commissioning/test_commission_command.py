@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import time
 from collections.abc import Callable
@@ -139,3 +140,28 @@ def test_the_simulator_has_a_sensor_to_try_it_with(
     assert done.code == 0
     assert "node-ID 2 at 250 kbit/s" in done.out
     assert "undo it with" in done.out
+
+
+def test_ctrl_c_is_told_and_keeps_what_was_done(tmp_path: Path) -> None:
+    with simulating(DST, "--socketcand", f"{LOOPBACK}:0") as process:
+        bench = bench_of(process, tmp_path)
+        with subprocess.Popen(
+            [*COMMAND, "commission", DST, "--bench", bench],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=tmp_path,
+        ) as person:
+            assert person.stdin is not None
+            assert person.stdout is not None
+            read_until(person.stdout, "(q: no more): ")
+            person.stdin.write("\n")
+            person.stdin.flush()
+            read_until(person.stdout, "Connect sensor 2")
+            person.send_signal(signal.SIGINT)
+            said, errors = person.communicate(timeout=60)
+        assert person.returncode == 2, said + errors
+        assert errors.strip() == "error: interrupted"
+        record = json.loads((tmp_path / "commission.json").read_text("ascii"))
+        assert [unit["state"] for unit in record["units"]] == ["given"]

@@ -1,0 +1,95 @@
+"""What the command line does with the history; with the database, which takes long to load."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import closing
+from pathlib import Path
+
+from conformance.errors import BenchError, SpecError
+from conformance.history import asking, pages
+from conformance.history.database import Database
+from conformance.history.keeping import enter
+from conformance.report.console import console
+from conformance.report.printable import printable
+from conformance.report.record import read_record
+
+
+def prepare(url: str) -> None:
+    """See that runs can be entered, before one begins.
+
+    Raises:
+        SpecError: The database is none of this suite.
+        BenchError: It cannot be opened.
+    """
+    Database(url, create=True).close()
+
+
+def remember(place: Path, url: str) -> None:
+    """Enter a finished run, and say so.
+
+    Raises:
+        BenchError: The database fails.
+    """
+    try:
+        with closing(Database(url, create=True)) as database:
+            enter(database, read_record(place))
+            console.say(f"history: {database.name}")
+    except BenchError as error:
+        again = f"canopen-conformance history add {place}"
+        raise BenchError(f"{error}; the record is there, try: {again}") from error
+
+
+def add(places: Sequence[Path], url: str) -> None:
+    """Enter finished runs, and say how many were new.
+
+    Raises:
+        SpecError: There is none, or one is no record.
+        BenchError: The database fails.
+    """
+    if not places:
+        raise SpecError("history add: expected folders of runs, or their results.json, got none")
+    records = [read_record(place) for place in places]
+    with closing(Database(url, create=True)) as opened:
+        entered = sum(enter(opened, record) for record in records)
+        there = len(records) - entered
+        console.say(
+            f"{entered} of {len(records)} runs entered"
+            + (f", {there} were there already" if there else "")
+            + f": {opened.name}"
+        )
+
+
+def show(url: str, serial: str, lot: str, export: Path | None) -> None:
+    """Tell what is known of a unit, of a lot, or of all.
+
+    Raises:
+        SpecError: There is no such unit, lot or database.
+        BenchError: The database fails.
+    """
+    with closing(Database(url, create=False)) as database, database.reading() as connection:
+        condition = asking.of_serial(printable(serial)) if serial else None
+        if lot:
+            known = asking.lot_named(connection, printable(lot))
+            if known is None:
+                raise SpecError(f"--lot: expected the name of a lot in the history, got {lot!r}")
+            condition = asking.of_lot(known.id)
+            pages.print_lot(known, asking.units_of(connection, known.id), console)
+        elif serial:
+            found = list(asking.runs_where(connection, condition))
+            if not found:
+                raise SpecError(
+                    f"SERIAL: expected the serial number of a unit in {database.name}, got {serial!r}"
+                )
+            pages.print_runs(found, asking.deviations_where(connection, condition), console)
+        else:
+            pages.print_overview(
+                asking.by_device(connection),
+                asking.most_frequent(connection),
+                asking.newest_lots(connection),
+                console,
+            )
+        if export is not None:
+            deviating = asking.deviations_where(connection, condition)
+            count = pages.write_csv(export, asking.runs_where(connection, condition), deviating)
+            console.say(f"{count} runs: {export}")
