@@ -13,27 +13,12 @@ import typer
 
 from conformance import catalogue as catalogue_of
 from conformance import resources, runner
-from conformance.certificate_command import certificate
-from conformance.commissioning.command import commission
-from conformance.comparing.command import compare
-from conformance.doctor_command import benches, doctor
-from conformance.errors import ConformanceError, SpecError
-from conformance.explore.command import explore
-from conformance.history.command import DatabaseOption, history, prepared
-from conformance.judging.command import judge
-from conformance.lots.command import inspect
-from conformance.mutants.command import mutants
-from conformance.options import RunOptions
-from conformance.recover_command import recover
-from conformance.report import catalogue_page
-from conformance.report.console import console
-from conformance.report.junit import Suites
-from conformance.report_command import report
-from conformance.run import Run
-from conformance.simulate_command import simulate
-from conformance.spec.load import load_spec
-from conformance.spec.statements import load_statements
-from conformance.spec_commands import (
+from conformance.commands.certificate import certificate
+from conformance.commands.doctor import benches, doctor
+from conformance.commands.recover import recover
+from conformance.commands.report import report
+from conformance.commands.simulate import simulate
+from conformance.commands.spec import (
     BenchOption,
     BitrateOption,
     ChannelOption,
@@ -46,7 +31,22 @@ from conformance.spec_commands import (
     VariantOption,
     spec_app,
 )
-from conformance.verify_command import verify
+from conformance.commands.verify import verify
+from conformance.commissioning.command import commission
+from conformance.comparing.command import compare
+from conformance.errors import ConformanceError, SpecError
+from conformance.explore.command import explore
+from conformance.history.command import DatabaseOption, history, prepared
+from conformance.judging.command import judge
+from conformance.lots.command import inspect
+from conformance.mutants.command import mutants
+from conformance.options import RunOptions
+from conformance.report import catalogue_page
+from conformance.report.console import console
+from conformance.report.junit import Suites
+from conformance.run import Run
+from conformance.spec.load import load_spec
+from conformance.spec.statements import load_statements
 
 BENCH_FAILED = 2
 WRONG_USAGE = 3

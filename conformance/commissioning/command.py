@@ -13,6 +13,7 @@ from conformance.bench.definition import BenchDefinition, load_bench
 from conformance.bench.node.interrupts import interruptible
 from conformance.bench.overriding import overridden
 from conformance.bench.session import Bench
+from conformance.commands.spec import BitrateOption, ChannelOption, VariantOption
 from conformance.commissioning.by_lss import ByLss
 from conformance.commissioning.by_objects import ByObjects, legal_node_ids
 from conformance.commissioning.procedure import Procedure
@@ -23,7 +24,6 @@ from conformance.options import RunOptions, simulation
 from conformance.report.console import console
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
-from conformance.spec_commands import BitrateOption, ChannelOption, VariantOption
 
 TRACE: Final = ".log"
 """Ending of the trace beside the record."""

@@ -6,12 +6,7 @@ from typing import Annotated
 
 import typer
 
-from conformance.explore.exploration import explore as explore_device
-from conformance.explore.page import to_text
-from conformance.options import RunOptions
-from conformance.report.console import console
-from conformance.report.folder import make_folder
-from conformance.spec_commands import (
+from conformance.commands.spec import (
     BenchOption,
     Device,
     FaultOption,
@@ -21,6 +16,11 @@ from conformance.spec_commands import (
     SimulateSpecOption,
     VariantOption,
 )
+from conformance.explore.exploration import explore as explore_device
+from conformance.explore.page import to_text
+from conformance.options import RunOptions
+from conformance.report.console import console
+from conformance.report.folder import make_folder
 
 DIFFERENT = 1
 TRACE = "trace.log"

@@ -4,8 +4,8 @@ A lot is kept once it is known and again whenever more is known of it; its units
 one, before or after they were judged:
 
     database = Database(create=True)
-    keep_lot(database, Lot("4500017", part="IMS360", order="4500017", size=50, plan="II, AQL 0.65: n 20"))
-    place_unit(database, "4500017", 7, "siko_ims360", "40117")
+    keep_lot(database, Lot("4500017", part="incl-360", order="4500017", size=50, plan="II, AQL 0.65: n 20"))
+    place_unit(database, "4500017", 7, "DEVICE", "40117")
     enter(database, read_record(folder))
     keep_lot(database, replace(lot, verdict="accepted", decided="2026-01-31T10:00:00+00:00"))
 """

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from conformance import resources
+from conformance.commands.spec import NodeIdOption, ReportDirOption, VariantOption
 from conformance.errors import BenchError, SpecError
 from conformance.judging.record import Judging, write
 from conformance.judging.recording import read_recording
@@ -19,7 +20,6 @@ from conformance.report.report_page import write_page
 from conformance.report.seal import write_seal
 from conformance.report.summary import print_summary
 from conformance.spec.load import load_spec
-from conformance.spec_commands import NodeIdOption, ReportDirOption, VariantOption
 
 UNDECIDED = 2
 

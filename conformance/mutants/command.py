@@ -9,12 +9,12 @@ from typing import Annotated, Self
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from conformance.commands.spec import Device, ReportDirOption, VariantOption
 from conformance.mutants.campaign import Campaign
 from conformance.mutants.matrix import Matrix, Row
 from conformance.report.console import console
 from conformance.report.folder import make_folder
 from conformance.report.mutants_page import to_html
-from conformance.spec_commands import Device, ReportDirOption, VariantOption
 
 SURVIVORS = 1
 SAID_EVERY_S = 10.0

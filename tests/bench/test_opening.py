@@ -11,7 +11,7 @@ import pytest
 
 from conformance.bench import opening
 from conformance.bench.definition import BenchDefinition
-from conformance.doctor import Examination
+from conformance.commands.examination import Examination
 from conformance.errors import BenchError
 
 PCAN = BenchDefinition(format=1, what="x", interface="pcan", channel="PCAN_USBBUS1")
@@ -80,8 +80,8 @@ class Erring(can.BusABC):
 def test_a_bus_in_error(kind: int, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
     bench = BenchDefinition(format=1, what="x", interface="socketcan", channel="can0")
     buses: list[Any] = [Erring(300, bytes(8), kind)]
-    monkeypatch.setattr("conformance.doctor.open_bus", lambda *_: buses.pop())
-    monkeypatch.setattr("conformance.doctor.overshoot", lambda _: None)
+    monkeypatch.setattr("conformance.commands.examination.open_bus", lambda *_: buses.pop())
+    monkeypatch.setattr("conformance.commands.examination.overshoot", lambda _: None)
     found = Examination(bench, 125_000, {}, 0.05, ask=True).look()
     assert said in found.problem
     assert found.asked is None

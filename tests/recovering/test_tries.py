@@ -13,8 +13,8 @@ from meddling import Mischief
 from planned import LAST, Deed, Planned
 
 from conformance.bench.given_back.journal import NAME, Found, Journal, load_journal
+from conformance.commands.recover import recover
 from conformance.errors import BenchError
-from conformance.recover_command import recover
 from conformance.simulator import channel, device
 from conformance.spec.model import Key
 from conformance.wire.frame import Frame

@@ -10,6 +10,13 @@ from typing import Annotated
 import typer
 
 from conformance import resources
+from conformance.commands.spec import (
+    Device,
+    FaultOption,
+    NodeIdOption,
+    ReadingOption,
+    VariantOption,
+)
 from conformance.errors import SpecError
 from conformance.numbers import node_ids
 from conformance.report.console import console
@@ -18,13 +25,6 @@ from conformance.simulator.device import SimulatedDevice
 from conformance.simulator.serving.lines import Address
 from conformance.simulator.serving.loop import ended_by_signals
 from conformance.simulator.serving.process import Process
-from conformance.spec_commands import (
-    Device,
-    FaultOption,
-    NodeIdOption,
-    ReadingOption,
-    VariantOption,
-)
 
 
 def simulate(

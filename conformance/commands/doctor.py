@@ -15,13 +15,13 @@ from conformance import resources
 from conformance.bench.definition import BenchDefinition, load_bench
 from conformance.bench.overriding import overridden
 from conformance.checks.loading import load_checks
-from conformance.doctor import Examination, Findings
+from conformance.commands.examination import Examination, Findings
+from conformance.commands.spec import BenchOption, BitrateOption, ChannelOption
 from conformance.effects import LACKING, Effect
 from conformance.errors import BenchError, SpecError
 from conformance.options import RunOptions, simulation
 from conformance.report.console import console
 from conformance.run import Run
-from conformance.spec_commands import BenchOption, BitrateOption, ChannelOption
 
 USUAL_BITRATE = 125_000
 """In bit/s, where neither bench nor device says another."""

@@ -1,0 +1,1 @@
+"""The small commands of the command line, and the options that all commands share."""
