@@ -177,11 +177,11 @@ def run(
         baseline=baseline,
         junit_suites=junit_suites,
     )
-    remember = prepared(database) if keep else None
+    entering = prepared(database) if keep else None
     made = Run(options)
     code = runner.run(made)
-    if remember is not None and made.directory is not None:
-        remember(made.directory)
+    if entering is not None and made.directory is not None:
+        entering.run(made.directory)
     raise _Judged(code)
 
 

@@ -2,42 +2,70 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 
 from conformance.errors import BenchError, SpecError
 from conformance.history import asking, pages
 from conformance.history.database import Database
-from conformance.history.keeping import enter
+from conformance.history.keeping import enter, keep_lot, place_unit, serial_of
+from conformance.history.lot import Lot
 from conformance.report.console import console
 from conformance.report.printable import printable
 from conformance.report.record import read_record
 
 
-def prepare(url: str) -> None:
-    """See that runs can be entered, before one begins.
+class Entering:
+    """Enters what is being judged, and says so.
+
+    Args:
+        url: Of the database.
 
     Raises:
         SpecError: The database is none of this suite.
         BenchError: It cannot be opened.
     """
-    Database(url, create=True).close()
 
+    def __init__(self, url: str) -> None:
+        self._url = url
+        self._open().close()
 
-def remember(place: Path, url: str) -> None:
-    """Enter a finished run, and say so.
+    def run(self, place: Path) -> None:
+        """Enter a finished run.
 
-    Raises:
-        BenchError: The database fails.
-    """
-    try:
-        with closing(Database(url, create=True)) as database:
-            enter(database, read_record(place))
+        Raises:
+            BenchError: The database fails.
+        """
+        try:
+            with closing(self._open()) as database:
+                enter(database, read_record(place))
+                console.say(f"history: {database.name}")
+        except BenchError as error:
+            again = f"canopen-conformance history add {place}"
+            raise BenchError(f"{error}; the record is there, try: {again}") from error
+
+    def lot(self, lot: Lot, runs: Mapping[int, Sequence[Path]]) -> None:
+        """Enter a lot, which unit stands at which place of it, and all runs of its units.
+
+        Args:
+            lot: What is known of it.
+            runs: Folders of the runs, by the unit's place from 1.
+
+        Raises:
+            BenchError: The database fails.
+        """
+        with closing(self._open()) as database:
+            keep_lot(database, lot)
+            for place, folders in runs.items():
+                for record in map(read_record, folders):
+                    enter(database, record)
+                    if serial := serial_of(record):
+                        place_unit(database, lot.name, place, record.device.spec, serial)
             console.say(f"history: {database.name}")
-    except BenchError as error:
-        again = f"canopen-conformance history add {place}"
-        raise BenchError(f"{error}; the record is there, try: {again}") from error
+
+    def _open(self) -> Database:
+        return Database(self._url, create=True)
 
 
 def add(places: Sequence[Path], url: str) -> None:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from conformance.errors import SpecError
 from conformance.history.where import EXPECTED, VARIABLE
+
+if TYPE_CHECKING:
+    from conformance.history.acting import Entering
 
 ADD: Final = "add"
 
@@ -47,14 +48,13 @@ def history(
     acting.show(database, asked[0] if asked else "", lot, export)
 
 
-def prepared(url: str) -> Callable[[Path], None]:
-    """See that runs can be entered, before one begins; return what enters one.
+def prepared(url: str) -> Entering:
+    """See that runs can be entered, before one begins; return what enters them.
 
     Raises:
         SpecError: The database is none of this suite.
         BenchError: It cannot be opened.
     """
-    from conformance.history import acting  # noqa: PLC0415 - the database takes long to load
+    from conformance.history.acting import Entering  # noqa: PLC0415 - the database takes long to load
 
-    acting.prepare(url)
-    return partial(acting.remember, url=url)
+    return Entering(url)

@@ -13,13 +13,14 @@ one, before or after they were judged:
 from __future__ import annotations
 
 import re
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Final
 
 from sqlalchemy import Connection, insert, select, update
 
 from conformance.errors import SpecError
 from conformance.history.database import Database
+from conformance.history.lot import Lot
 from conformance.history.schema import deviations, lots, places, runs, units
 from conformance.report.printable import printable
 from conformance.report.record import Record
@@ -27,29 +28,6 @@ from conformance.report.record import Record
 _NUMBER: Final = re.compile(r"[0-9A-F]{2}( [0-9A-F]{2}){3}")
 _SERIAL_NUMBER: Final = "1018h:04"
 _FIRMWARE: Final = "100Ah"
-
-
-@dataclass(frozen=True, slots=True)
-class Lot:
-    """A delivery that is inspected.
-
-    Args:
-        name: Its own, by which it is found.
-        part: What was ordered.
-        order: With which order.
-        size: Units in it.
-        plan: How it is sampled, in words.
-        verdict: What became of it, empty while nobody knows.
-        decided: When, in ISO 8601; empty until then.
-    """
-
-    name: str
-    part: str = ""
-    order: str = ""
-    size: int = 0
-    plan: str = ""
-    verdict: str = ""
-    decided: str = ""
 
 
 def enter(database: Database, record: Record) -> bool:

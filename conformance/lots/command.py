@@ -5,12 +5,15 @@ from __future__ import annotations
 import secrets
 from collections.abc import Iterator
 from dataclasses import asdict
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
 
 from conformance.errors import BenchError, SpecError
+from conformance.history import lot as history_lot
+from conformance.history.command import DatabaseOption, prepared
 from conformance.lots.inspection import (
     NAME,
     Inspection,
@@ -51,6 +54,10 @@ def inspect(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say which units are drawn; open and write nothing.")
     ] = False,
+    keep: Annotated[
+        bool, typer.Option("--history", help="Enter the lot and its runs into the history.")
+    ] = False,
+    database: DatabaseOption = "",
 ) -> None:
     """Inspect a lot, or go on with it; exit 0 accepted, 1 not accepted, 2 not decided, 3 usage."""
     read = load_lot(lot)
@@ -70,6 +77,7 @@ def inspect(
     print_plan(read, inspection, console, drawn=not dry_run or begun is not None)
     if dry_run:
         return
+    entering = prepared(database) if keep else None
     work = _Work(read, judging, inspection, folder)
     try:
         work.do(again)
@@ -77,9 +85,33 @@ def inspect(
         raise BenchError("interrupted: inspect the lot again to go on") from None
     finally:
         verdict = work.finish()
+    if entering is not None:
+        entering.lot(*_for_history(read, inspection, folder, verdict.word))
     if verdict.word == "not decided":
         raise BenchError("the lot is not decided yet: inspect it again to go on")
     raise typer.Exit(verdict.exit_code)
+
+
+def _for_history(
+    lot: Lot, inspection: Inspection, folder: Path, word: str
+) -> tuple[history_lot.Lot, dict[int, list[Path]]]:
+    """Return a lot as the history has it, and the folders of its runs by the unit's place."""
+    content = lot.content
+    known = history_lot.Lot(
+        name=lot.path.stem,
+        part=content.part,
+        order=content.order,
+        size=content.units,
+        plan=inspection.plan.words,
+        verdict=word,
+        decided="" if word == "not decided" else datetime.now(UTC).isoformat(timespec="seconds"),
+    )
+    places = {name: place for place, name in enumerate(content.names, 1)}
+    runs = {
+        places[unit.unit]: [folder / tried.folder for tried in unit.tries if not tried.other]
+        for unit in inspection.units
+    }
+    return known, runs
 
 
 def _begin(lot: Lot) -> Inspection:

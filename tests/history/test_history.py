@@ -18,7 +18,8 @@ from conformance.errors import BenchError, SpecError
 from conformance.history import asking, schema
 from conformance.history.command import history
 from conformance.history.database import Database
-from conformance.history.keeping import Lot, enter, keep_lot, place_unit
+from conformance.history.keeping import enter, keep_lot, place_unit
+from conformance.history.lot import Lot
 from conformance.report.record import Record, read_record
 
 STATIONS = 4

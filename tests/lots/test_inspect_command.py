@@ -62,6 +62,25 @@ def test_a_lot_of_fifty_with_three_bad_units_is_inspected_whole(inspect: Inspect
     assert len(list((again.folder / "units").iterdir())) == 50, "nothing is judged twice"
 
 
+def test_a_lot_is_entered_into_the_history(
+    inspect: Inspected, command: Callable[..., Any], tmp_path: Path
+) -> None:
+    where = "--database", f"sqlite:///{tmp_path / 'history.db'}"
+    lot = f"serials: [7, 8, 9]\nlevel: all\n{FAST}simulation: {{faults: {{8: [wrong-identity]}}}}\n"
+    done = inspect(lot, "--history", *where)
+    assert done.code == 1, done.out + done.err
+
+    told = command("history", "--lot", "17", *where)
+    assert told.code == 0
+    rows = [line.split() for line in told.out.splitlines()]
+    assert [row[:3] for row in rows if row[:1] in (["1"], ["2"], ["3"])] == [
+        ["1", "siko_ims360", "7"],
+        ["2", "siko_ims360", "8"],
+        ["3", "siko_ims360", "9"],
+    ]
+    assert "not accepted" in told.out
+
+
 def test_a_sample_is_drawn_by_the_plan_and_the_lot_accepted(inspect: Inspected) -> None:
     done = inspect(f"size: 50\naql: 6.5\nlevel: S-4\n{FAST}")
     kept = state(done)

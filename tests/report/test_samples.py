@@ -16,7 +16,7 @@ from typing import Any
 import pypdf
 import pytest
 from junitparser import JUnitXml
-from sample_runs import LARGEST_TRACE, SAMPLES, make
+from sample_runs import BAD, LARGEST_TRACE, LOT, SAMPLES, make, make_lot
 
 from conformance.report.record import read_record
 from conformance.report.results import Item
@@ -100,3 +100,24 @@ def test_the_command_makes_the_same_files_and_verdict_today(tmp_path: Path) -> N
     assert set(made["items"][0]) >= set(sample["items"][0])
     assert str(tmp_path) not in (tmp_path / name / "summary.txt").read_text("utf-8")
     assert (PLACE / name / "trace.log").stat().st_size <= LARGEST_TRACE
+
+
+def test_the_lot_is_not_accepted_for_its_bad_units() -> None:
+    lot = json.loads((PLACE / LOT / "lot.json").read_text("ascii"))
+
+    bad = {it["unit"] for it in lot["units"] if it["verdict"] == "nonconforming"}
+    assert bad
+    assert bad == {it["unit"] for it in lot["units"]} & set(BAD)
+    assert lot["verdict"]["word"] == "not accepted"
+    assert "NOT ACCEPTED" in (PLACE / LOT / "summary.txt").read_text("utf-8")
+    assert "not accepted" in (PLACE / LOT / "lot.html").read_text("utf-8")
+    assert f"`{LOT}/`" in (PLACE / "README.md").read_text("utf-8")
+
+
+def test_the_command_makes_the_same_lot_today(tmp_path: Path) -> None:
+    make_lot(tmp_path / LOT)
+
+    kept = {path.name for path in (PLACE / LOT).iterdir()}
+    assert {path.name for path in (tmp_path / LOT).iterdir()} == kept
+    assert (tmp_path / LOT / "lot.yaml").read_bytes() == (PLACE / LOT / "lot.yaml").read_bytes()
+    assert str(tmp_path) not in (tmp_path / LOT / "summary.txt").read_text("utf-8")

@@ -1,4 +1,4 @@
-"""Writes what runs leave behind to `reports/samples`: three devices, one of them defective.
+"""Writes what runs leave behind to `reports/samples`: three devices, one of them defective, and a lot of 50.
 
 By hand: `make samples`.
 """
@@ -21,6 +21,27 @@ SAMPLES: Final = {
     "danfoss_dst_x730": "danfoss_dst_x730 --serial 730204 --acceptance",
 }
 """Folder of a sample to the arguments of its run."""
+
+LOT: Final = "lot-of-50"
+BAD: Final = {
+    40_004: "heartbeat-slow-10-percent",
+    40_020: "wrong-identity",
+    40_044: "no-boot-up",
+}
+"""Serial number of a unit of the lot to its fault."""
+
+LOT_FILE: Final = """format: 1
+part: IMS360, one axis
+order: sample
+device: siko_ims360
+serials: {serials}
+level: II
+aql: 1.0
+seed: 5
+select: OD-09 or HB-01 or BOOT-01
+simulation:
+  faults: {faults}
+"""
 
 SUMMARY: Final = "summary.txt"
 LARGEST_TRACE: Final = 200_000
@@ -45,6 +66,23 @@ def make(name: str, folder: Path) -> None:
     trace = folder / "trace.log"
     if trace.stat().st_size > LARGEST_TRACE:
         trace.unlink()
+
+
+def make_lot(folder: Path) -> None:
+    """Write what the inspection of a lot leaves behind, but for the records of its runs.
+
+    Args:
+        folder: Where it is to be, new or not.
+    """
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    file = folder / "lot.yaml"
+    faults = {unit: [fault] for unit, fault in BAD.items()}
+    text = LOT_FILE.format(serials=list(range(40_001, 40_051)), faults=faults)
+    file.write_text(text, encoding="utf-8", newline="\n")
+    printed = _printed("inspect", str(file), "--report-dir", str(folder))
+    (folder / SUMMARY).write_text(printed.replace(str(folder), f"{PLACE}/{LOT}"), encoding="utf-8")
+    shutil.rmtree(folder / "units")
 
 
 def make_certificate_of_all(place: Path) -> None:
@@ -74,6 +112,7 @@ def main() -> None:
     for name in SAMPLES:
         make(name, place / name)
     make_certificate_of_all(place)
+    make_lot(place / LOT)
 
 
 if __name__ == "__main__":
