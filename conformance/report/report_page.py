@@ -99,6 +99,7 @@ def to_html(record: Record) -> str:
         skipped=Counter(item.reason for item in record.items if item.verdict == "skipped"),
         whole=record.summary.complete and not record.origin.select and not counts["skipped"],
         cautions=list(cautions(record)),
+        partial=record.origin.acceptance is not True,
         identity=identity(record.device.identity),
         facts=facts(record, trace),
         plots=plots(record.items, record.origin.sdo_response_times),

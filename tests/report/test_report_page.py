@@ -345,3 +345,29 @@ def test_the_list_can_be_filtered_in_a_browser(finished: Any, tmp_path: Path) ->
 
     count = len(finished.record["items"])
     assert f"<title>{count} of {count} items, then 2 of {count} items</title>" in shown
+
+
+@pytest.mark.parametrize(("acceptance", "said"), [(True, False), (False, True), (None, True)])
+def test_all_but_an_acceptance_says_that_it_is_partial(
+    acceptance: bool | None, said: bool, tmp_path: Path
+) -> None:
+    folder = record(tmp_path)
+    path = folder / "results.json"
+    content = json.loads(path.read_text("utf-8"))
+    content["run"].pop("acceptance", None)
+    if acceptance is not None:
+        content["run"]["acceptance"] = acceptance
+    path.write_text(json.dumps(content), encoding="utf-8")
+
+    page = to_html(read_record(folder))
+
+    assert ("this is no acceptance" in page) == said
+    assert ('content: "partial"' in page) == said
+
+
+def test_a_known_deviation_says_who_knows_it(tmp_path: Path) -> None:
+    owner = "firmware: follows the <oscillator> (until 2027-03-31)"
+
+    page = Page(to_html(read_record(record(tmp_path, verdict="fail", known=owner))))
+
+    assert owner in page.text
