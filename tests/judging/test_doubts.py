@@ -6,11 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from recorded_session import SPECS
-
-from conformance.judging.record import Judging
-from conformance.judging.recording import read_recording
-from conformance.spec.load import load_spec
+from recorded_by_hand import verdict_of
 
 READ = "632#4018100100000000"
 VALUE = "5B2#4318100107010000"
@@ -18,17 +14,6 @@ WRITE = "632#2318100101000000"
 ABORT = "5B2#8018100102000106"
 HEARTBEAT_100 = ("632#2B17100064000000", "5B2#6017100000000000")
 MISSING = (4, 8, 12)
-
-
-def _verdict(
-    frames: Sequence[tuple[float, str]], item: str, folder: Path, device: str = "siko_ims360"
-) -> str:
-    path = folder / "recording.log"
-    lines = (f"({1000 + time_s:.6f}) can0 {frame}\n" for time_s, frame in frames)
-    path.write_text("".join(lines), encoding="ascii")
-    spec = load_spec(SPECS / f"{device}.yaml").resolve(None, None)
-    results = Judging(read_recording(path), spec, spec.bitrate, 1.0).results()
-    return next((it.verdict for it in results.items if it.id == f"{device}/{item}"), "none")
 
 
 def _beats(period_s: float, left_out: Sequence[int] = ()) -> list[tuple[float, str]]:
@@ -46,42 +31,42 @@ def test_what_one_gap_can_make_is_told_from_what_it_cannot(
     # the response to the first request and the second request may both be lost
     frames = [(n + part, it) for n in range(times) for part, it in ((0.0, READ), (0.002, ABORT))]
 
-    assert _verdict(frames, "OD-02/1018h:01", tmp_path) == verdict
+    assert verdict_of(frames, "OD-02/1018h:01", tmp_path) == verdict
 
 
 def test_responses_written_before_their_requests_decide_nothing(tmp_path: Path) -> None:
     order = (VALUE, READ, ABORT, WRITE)
     frames = [(n + place / 1000, it) for n in range(3) for place, it in enumerate(order)]
 
-    assert _verdict(frames, "OD-02/1018h:01", tmp_path) == "inconclusive"
+    assert verdict_of(frames, "OD-02/1018h:01", tmp_path) == "inconclusive"
 
 
 def test_heartbeats_that_the_recorder_lost_decide_nothing(tmp_path: Path) -> None:
     frames = [*_set_up(), *_beats(0.1, MISSING)]
 
-    assert _verdict(frames, "HB-01/1017h/100ms", tmp_path) == "inconclusive"
+    assert verdict_of(frames, "HB-01/1017h/100ms", tmp_path) == "inconclusive"
 
 
 def test_a_slow_heartbeat_fails_with_heartbeats_lost(tmp_path: Path) -> None:
     frames = [*_set_up(), *_beats(0.12, MISSING)]
 
-    assert _verdict(frames, "HB-01/1017h/100ms", tmp_path) == "fail"
+    assert verdict_of(frames, "HB-01/1017h/100ms", tmp_path) == "fail"
 
 
 def test_a_period_fails_in_no_recording_that_shows_losses_elsewhere(tmp_path: Path) -> None:
     frames = [*_set_up(), *_beats(0.12), (9.0, VALUE)]
 
-    assert _verdict(frames, "HB-01/1017h/100ms", tmp_path) == "inconclusive"
+    assert verdict_of(frames, "HB-01/1017h/100ms", tmp_path) == "inconclusive"
 
 
 def test_a_period_that_nothing_tells_decides_nothing(tmp_path: Path) -> None:
     frames = [(0.001, "000#0101"), *((0.01 + n * 0.13, "181#00000000") for n in range(15))]
 
-    assert _verdict(frames, "TPDO-02/1800h/100ms", tmp_path, "baumer_gim140r") == "inconclusive"
+    assert verdict_of(frames, "TPDO-02/1800h/100ms", tmp_path, "baumer_gim140r") == "inconclusive"
 
 
 def test_what_was_told_in_another_recording_of_the_file_decides_nothing(tmp_path: Path) -> None:
     earlier = [(50 + time_s, frame) for time_s, frame in _set_up()]
 
-    assert _verdict([*earlier, *_beats(0.12)], "HB-01/1017h/100ms", tmp_path) != "fail"
-    assert _verdict([*_set_up(), *_beats(0.12)], "HB-01/1017h/100ms", tmp_path) == "fail"
+    assert verdict_of([*earlier, *_beats(0.12)], "HB-01/1017h/100ms", tmp_path) != "fail"
+    assert verdict_of([*_set_up(), *_beats(0.12)], "HB-01/1017h/100ms", tmp_path) == "fail"
