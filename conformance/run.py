@@ -222,13 +222,7 @@ class Run:
             return
         last = items[-1]
         if last.verdict == "fail":
-            seen = f"{last.quantity}: {last.actual} against {last.expected}"
-            reason = f"{LOST}; what came instead: {seen}"
-            self.results.replace_last(
-                replace(
-                    last, verdict="inconclusive", reason=reason, repro="", deviations=(), known=""
-                )
-            )
+            self.results.replace_last(last.undecided(f"{LOST}; what came instead: {last.seen}"))
 
     def take_back_failed(self) -> Item | None:
         """Take the last item off the record again if it failed, with all that it goes by; return it."""

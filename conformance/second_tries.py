@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Final
 
 import pytest
@@ -49,14 +48,5 @@ class SecondTries:
         second = results.items[-1]
         if second.verdict == "fail":
             return
-        seen = f"{first.quantity}: {first.actual} against {first.expected}"
         again = f"; then {second.verdict}" + (f": {second.reason}" if second.reason else "")
-        results.replace_last(
-            replace(
-                first,
-                verdict="inconclusive",
-                reason=f"{UNLIKE}; first {seen}{again}",
-                repro="",
-                deviations=(),
-            )
-        )
+        results.replace_last(first.undecided(f"{UNLIKE}; first {first.seen}{again}"))

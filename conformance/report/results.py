@@ -6,7 +6,7 @@ import json
 import os
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -78,6 +78,17 @@ class Item:
     repro: str = ""
     marker: int = 0
     known: str = ""
+
+    @property
+    def seen(self) -> str:
+        """What was seen, against what was expected."""
+        return f"{self.quantity}: {self.actual} against {self.expected}"
+
+    def undecided(self, reason: str) -> Item:
+        """Return the same item as one that blames nobody, for a reason."""
+        return replace(
+            self, verdict="inconclusive", reason=reason, repro="", deviations=(), known=""
+        )
 
 
 @dataclass(slots=True)
