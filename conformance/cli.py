@@ -44,7 +44,7 @@ from conformance.options import RunOptions
 from conformance.report import catalogue_page
 from conformance.report.console import console
 from conformance.report.junit import Suites
-from conformance.run import Run
+from conformance.run import GARBAGE_AT, Run
 from conformance.spec.load import load_spec
 from conformance.spec.statements import load_statements
 
@@ -209,7 +209,7 @@ def _code_of(left: SystemExit) -> object:
 def main() -> None:
     """Run the command line; a mistake of the user gets one sentence and exit code 3."""
     code: object = 0
-    runner.seldom_look_for_garbage()
+    gc.set_threshold(GARBAGE_AT)  # a look among all that is loaded takes long and finds little
     try:
         app()
     except _Judged as judged:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable, Collection
 from dataclasses import asdict, replace
@@ -41,6 +42,8 @@ from conformance.spec.model import DeviceSpec
 from conformance.verdict import Verdict, VerdictWord
 
 SAVE_EVERY_S = 1.0
+GARBAGE_AT = 200_000
+"""Objects made and kept before an item begins with a look for garbage among them."""
 LOST = (
     "the node did not answer afterwards, and nothing tells whether that is its fault: "
     "check cable and supply, then run this item again"
@@ -202,6 +205,8 @@ class Run:
         Raises:
             BenchError: The adapter refused the mark.
         """
+        if gc.get_count()[0] > GARBAGE_AT:
+            gc.collect(1)
         self._marker = len(self.results.items) + 1 if runs and self._markers is not None else 0
         if self._markers is not None and self._marker:
             self._markers.begin(self._marker)

@@ -19,7 +19,7 @@ channel: vcan0
 power: none
 allow: [reads, writes, resets, other-nodes]
 """
-FIRST = ("nice", "-n", "-15")
+FIRST = ("chrt", "--fifo", "50")
 """What stands for a device is to be as prompt as one."""
 
 
