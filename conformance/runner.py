@@ -76,7 +76,7 @@ def run(run: Run) -> int:
                 f"--select: expected a part of an item's id, got {run.options.select!r}"
             )
         raise RuntimeError("\n".join(errors) or "the checks did not start")
-    _write_page(run)
+    write_reports(run)
     print_summary(run.results, str(run.directory), console)
     if run.options.repro and run.directory is not None:
         for item in run.results.items:
@@ -85,8 +85,11 @@ def run(run: Run) -> int:
     return run.results.exit_code
 
 
-def _write_page(run: Run) -> None:
-    """Write the report of a run beside its record, from that alone, and seal them."""
+def write_reports(run: Run) -> None:
+    """Write the report of a run that was opened beside its record, from that alone, and seal them.
+
+    A run whose report cannot be written has ended early.
+    """
     assert run.directory is not None  # it was opened
     try:
         write_page(read_record(run.directory))

@@ -59,6 +59,7 @@ class Try(_Part):
         node_id: At which it was judged.
         bus_s: Time on the bus, simulated or real.
         wall_s: Time taken.
+        report: There is a report beside the record.
         numbers: What was measured that has limits.
     """
 
@@ -72,6 +73,7 @@ class Try(_Part):
     node_id: int
     bus_s: float = 0.0
     wall_s: float = 0.0
+    report: bool = False
     numbers: list[Numbers] = []
 
 

@@ -14,6 +14,7 @@ from conformance.errors import SpecError
 from conformance.lots.inspection import Numbers, Try, Word
 from conformance.lots.lot_file import Lot
 from conformance.options import RunOptions
+from conformance.report.report_page import NAME as PAGE
 from conformance.report.results import Item
 from conformance.run import Run
 from conformance.spec.load import load_spec
@@ -120,7 +121,9 @@ class Judging:
         errors = runner.play(run)
         if run.results.aborted == INTERRUPTED:
             raise KeyboardInterrupt
-        if not run.opened and not run.results.aborted:
+        if run.opened:
+            runner.write_reports(run)
+        elif not run.results.aborted:
             if self.lot.content.select and not errors:
                 raise SpecError(
                     f"{self.lot.path}: select: expected a part of an item's id, "
@@ -158,6 +161,7 @@ class Judging:
             other=bool(other),
             reached=bool(results.items),
             node_id=run.spec.node_id,
+            report=run.directory is not None and (run.directory / PAGE).is_file(),
             bus_s=bus_s if isinstance(bus_s, float) else 0.0,
             wall_s=wall_s if isinstance(wall_s, float) else 0.0,
             numbers=[it for item in results.items for it in _numbers(item)],

@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from conformance.report.seal import verify
+
 FAST = "select: OD-09 or HB-01\n"
 HEAD = "format: 1\npart: Inclinometer\norder: order 17\ndevice: siko_ims360\nseed: 1\n"
 
@@ -56,6 +58,14 @@ def test_a_lot_of_fifty_with_three_bad_units_is_inspected_whole(inspect: Inspect
     assert "not accepted" in page
     record = json.loads((done.folder / "units/40020-1/results.json").read_text("utf-8"))
     assert record["device"]["serial"] == "40020"
+    assert '<a href="units/40020-1/report.html">nonconforming</a>' in page
+    assert "OD-09" in (done.folder / "units/40020-1/report.html").read_text("utf-8")
+    assert set(verify(done.folder / "units/40020-1").same) == {
+        "results.json",
+        "trace.log",
+        "junit.xml",
+        "report.html",
+    }
 
     again = inspect(lot)
     assert again.code == 1
