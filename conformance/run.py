@@ -229,12 +229,14 @@ class Run:
         if last.verdict == "fail":
             self.results.replace_last(last.undecided(f"{LOST}; what came instead: {last.seen}"))
 
-    def take_back_failed(self) -> Item | None:
-        """Take the last item off the record again if it failed, with all that it goes by; return it."""
-        if self._bench is None or not self.results.items or self.results.aborted:
-            return None
-        if self.results.items[-1].verdict != "fail":
-            return None
+    @property
+    def in_real_time(self) -> bool:
+        """Time on the bus is time: who is late once need not be so again."""
+        return self._bench is not None and self._bench.link.real_time
+
+    def take_back(self) -> Item:
+        """Take the last item off the record again, with all that it goes by; return it."""
+        assert self._bench is not None  # it was judged there
         self._bench.observations.forget()
         return self.results.take_last()
 
@@ -275,10 +277,13 @@ class Run:
         )
 
     def record(self, item: Item) -> None:
-        """Add a result to the record, and save the record now and then."""
+        """Add a result to the record, which may be taken back."""
         self.results.items.append(item)
+
+    def tell(self) -> None:
+        """Tell of the last result, which stays; save the record now and then."""
         if self.progress is not None:
-            self.progress(item)
+            self.progress(self.results.items[-1])
         self._save_now_and_then()
 
     def _save_now_and_then(self) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from conformance.bench.node.interrupts import interruptible
-from conformance.checks import BENCH, PASSED, VERDICT
+from conformance.checks import BENCH, LATE_MS, PASSED, VERDICT
 from conformance.effects import Effect
 from conformance.errors import BenchError, BenchLacks, NodeTimeout, SetupRefused, SpecError
 from conformance.judged import item_id
@@ -18,7 +18,7 @@ from conformance.report.plan import Planned
 from conformance.report.results import Item
 from conformance.requirements import Case, Requirement
 from conformance.run import Run
-from conformance.second_tries import SecondTries
+from conformance.tries import Tries
 from conformance.verdict import EmptyCheckError, Nonconformity, Unresolved, Verdict, VerdictWord
 
 CHECK_TIMEOUT_S = 120
@@ -40,8 +40,7 @@ def attach(config: pytest.Config) -> None:
     if config.pluginmanager.hasplugin("timeout") and not config.option.timeout:
         waits = run.definition.waits_long
         config.option.timeout = WAITING_TIMEOUT_S if waits else CHECK_TIMEOUT_S
-    if not run.definition.tells_of_errors:
-        config.pluginmanager.register(SecondTries(run), "conformance-second-tries")
+    config.pluginmanager.register(Tries(run), "conformance-tries")
     config.pluginmanager.register(ConformanceSession(config, run), "conformance-session")
 
 
@@ -161,6 +160,7 @@ class ConformanceSession:
             return report
         if call.when == "call":
             item.stash[PASSED] = error is None
+            item.stash[LATE_MS] = error.late_ms if isinstance(error, Unresolved) else 0.0
         if call.when == "call" or (call.when == "setup" and error is not None):
             made = self._judge(item, requirement, case, error)
             self._run.record(made)

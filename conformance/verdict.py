@@ -32,7 +32,18 @@ class Figures:
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """One comparison, in words fit for a report; not resolved where the rig cannot tell."""
+    """One comparison, in words fit for a report; not resolved where the rig cannot tell.
+
+    Args:
+        quantity: What it is.
+        expected: In words.
+        actual: In words.
+        unit: Of a figure.
+        ok: It is as expected.
+        resolved: The rig can tell.
+        figures: The numbers, None without any.
+        late_ms: By how much times may be off, where that alone leaves it open; else 0.
+    """
 
     quantity: str
     expected: str
@@ -41,6 +52,7 @@ class Measurement:
     ok: bool
     resolved: bool = True
     figures: Figures | None = None
+    late_ms: float = 0.0
 
 
 class Nonconformity(AssertionError):  # noqa: N818 - the word of the trade
@@ -58,7 +70,25 @@ class Nonconformity(AssertionError):  # noqa: N818 - the word of the trade
 
 
 class Unresolved(Exception):  # noqa: N818 - what the rig cannot tell is no error
-    """What was measured is nearer to a limit than the rig's uncertainty."""
+    """What was measured is nearer to a limit than the rig's uncertainty.
+
+    Args:
+        measurements: The comparisons that are open, at least one.
+    """
+
+    def __init__(self, measurements: Sequence[Measurement]) -> None:
+        self.measurements = tuple(measurements)
+        m = self.measurements[0]
+        super().__init__(
+            f"{m.quantity}: {m.actual} against {m.expected}: nearer to the limit than this bench "
+            "can tell"
+        )
+
+    @property
+    def late_ms(self) -> float:
+        """By how much times may be off, where that alone leaves all of them open; else 0."""
+        late = [m.late_ms for m in self.measurements]
+        return max(late) if all(late) else 0.0
 
 
 class EmptyCheckError(Exception):
@@ -188,12 +218,8 @@ class Verdict:
         failed = [m for m in self.measurements if not m.ok and m.resolved]
         if failed:
             raise Nonconformity(failed)
-        for m in self.measurements:
-            if not m.resolved:
-                raise Unresolved(
-                    f"{m.quantity}: {m.actual} against {m.expected}: nearer to the limit than "
-                    "this bench can tell"
-                )
+        if unresolved := [m for m in self.measurements if not m.resolved]:
+            raise Unresolved(unresolved)
 
     def _measured(
         self,
@@ -208,16 +234,20 @@ class Verdict:
         doubt: float = 0.0,
     ) -> bool:
         """Judge a figure by how far inside its limits it is, negative where it is not."""
-        uncertainty = self.uncertainty_ms() * _PER_MS.get(unit, 0.0) / over + doubt
+        late_ms = self.uncertainty_ms()
+        uncertainty = late_ms * _PER_MS.get(unit, 0.0) / over + doubt
         words = f" ± {uncertainty:.2g} {unit}" if uncertainty else ""
+        resolved = not uncertainty or abs(margin) > uncertainty
+        open_anyway = doubt > 0 and abs(margin) <= doubt
         return self._add(
             quantity,
             expected,
             f"{actual:.4g} {unit}{words}{of}",
             unit,
             ok=margin >= 0,
-            resolved=not uncertainty or abs(margin) > uncertainty,
+            resolved=resolved,
             figures=figures,
+            late_ms=0.0 if resolved or open_anyway else late_ms,
         )
 
     def _add(
@@ -230,8 +260,9 @@ class Verdict:
         ok: bool,
         resolved: bool = True,
         figures: Figures | None = None,
+        late_ms: float = 0.0,
     ) -> bool:
         self.measurements.append(
-            Measurement(quantity, expected, actual, unit, ok, resolved, figures)
+            Measurement(quantity, expected, actual, unit, ok, resolved, figures, late_ms)
         )
         return ok

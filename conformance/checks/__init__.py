@@ -33,3 +33,6 @@ PASSED = pytest.StashKey[bool]()
 
 VERDICT = pytest.StashKey[Verdict]()
 """An item's verdict, in the item."""
+
+LATE_MS = pytest.StashKey[float]()
+"""By how much timestamps were late where that alone left an item open, else 0, in the item."""

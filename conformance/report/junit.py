@@ -129,6 +129,7 @@ def _case(item: Item, trace: TraceFile | None, *, remark: bool) -> TestCase:
     elif item.verdict != "pass":
         word = item.verdict.replace("_", " ")
         case.add_skipped_info(message=_legal(f"{word}: {item.reason}"))
+    case.stdout = _legal(item.tried)
     return case
 
 
@@ -182,6 +183,8 @@ def explain(item: Item) -> str:
         lines.append(f"            {item.eds['stands']}")
     if item.known:
         lines.append(f"  known     {item.known}")
+    if item.tried:
+        lines.append(f"  tried     {item.tried}")
     lines.append(f"  wire      {item.trace}")
     if item.repro:
         lines.append(f"  again     {item.repro}")

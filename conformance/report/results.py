@@ -53,6 +53,7 @@ class Item:
         repro: The command that runs a failed item again.
         marker: Its number in the marker frames; 0 without them.
         known: Who knows its deviation, why and until when; empty if nobody.
+        tried: What came of tries before the one that is told here; empty without any.
     """
 
     id: str
@@ -78,6 +79,7 @@ class Item:
     repro: str = ""
     marker: int = 0
     known: str = ""
+    tried: str = ""
 
     @property
     def seen(self) -> str:

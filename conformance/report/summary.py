@@ -136,6 +136,8 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     undecided = [item for item in results.items if item.verdict == "inconclusive"]
     title = f"{_many(len(undecided), 'item')} could not be decided:"
     _grouped(title, undecided, _reason, terminal)
+    again = [item for item in results.items if item.verdict == "pass" and item.tried]
+    _grouped(f"{_many(len(again), 'item')} passed at a further try:", again, _tried, terminal)
     skipped = [item for item in results.items if item.verdict == "skipped"]
     _skipped(skipped, terminal)
     not_judged = results.run.get("not_judged")
@@ -213,6 +215,10 @@ def _grouped(
 
 def _reason(item: Item) -> str:
     return f"{item.id}: {item.reason}"
+
+
+def _tried(item: Item) -> str:
+    return f"{item.id}: {item.tried}"
 
 
 def _skipped(items: list[Item], terminal: Terminal) -> None:
