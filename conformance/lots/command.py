@@ -14,6 +14,7 @@ import typer
 from conformance.errors import BenchError, SpecError
 from conformance.history import lot as history_lot
 from conformance.history.command import DatabaseOption, prepared
+from conformance.lots.declaring import asked_for, declare
 from conformance.lots.inspection import (
     NAME,
     Inspection,
@@ -51,6 +52,14 @@ def inspect(
         list[int] | None,
         typer.Option(metavar="UNIT", help="Judge this unit once more (repeatable)."),
     ] = None,
+    nonconforming: Annotated[
+        int | None,
+        typer.Option(
+            metavar="UNIT", help="Declare a unit nonconforming that no run decides; judge nothing."
+        ),
+    ] = None,
+    reason: Annotated[str, typer.Option(metavar="TEXT", help="Why it is declared so.")] = "",
+    by: Annotated[str, typer.Option(metavar="NAME", help="Who declares it so.")] = "",
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say which units are drawn; open and write nothing.")
     ] = False,
@@ -60,6 +69,7 @@ def inspect(
     database: DatabaseOption = "",
 ) -> None:
     """Inspect a lot, or go on with it; exit 0 accepted, 1 not accepted, 2 not decided, 3 usage."""
+    dead = asked_for(nonconforming, by, reason, alone=not retest and not dry_run)
     read = load_lot(lot)
     judging = Judging.of(read)
     folder = report_dir or FOLDER / lot.stem
@@ -74,13 +84,18 @@ def inspect(
         require_same(read, begun.sha256, folder)
     inspection = begun or _begin(read)
     again = _drawn(inspection, retest or [])
+    if dead is not None:
+        declare(inspection, dead, by, reason, datetime.now(UTC))
     print_plan(read, inspection, console, drawn=not dry_run or begun is not None)
     if dry_run:
         return
     entering = prepared(database) if keep else None
     work = _Work(read, judging, inspection, folder)
     try:
-        work.do(again)
+        if dead is None:
+            work.do(again)
+        else:
+            work.make_folder()
     except KeyboardInterrupt:
         raise BenchError("interrupted: inspect the lot again to go on") from None
     finally:
@@ -174,10 +189,7 @@ class _Work:
             BenchError: The bench failed, or nobody connects a unit.
             KeyboardInterrupt: The user ended it.
         """
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise BenchError(f"cannot make {self._folder}: {error.strerror}") from error
+        self.make_folder()
         self._tell_broken_off()
         asked = {it.unit for it in again}
         waiting = [it for it in self._waiting() if it.unit not in asked]
@@ -193,13 +205,25 @@ class _Work:
                     self._judge(unit, node_id)
                 self._look_at_bench(unit)
 
+    def make_folder(self) -> None:
+        """Make the folder of the inspection.
+
+        Raises:
+            BenchError: The disk does not take it.
+        """
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BenchError(f"cannot make {self._folder}: {error.strerror}") from error
+
     def _waiting(self) -> list[Unit]:
         """Return the units to judge, those that were never reached among them while the lot is not decided."""
         open_ = decide(self._inspection).word == "not decided"
         return [
             it
             for it in self._inspection.units
-            if not it.tries or (open_ and not any(tried.reached for tried in it.tries))
+            if it.declared_so is None
+            and (not it.tries or (open_ and not any(tried.reached for tried in it.tries)))
         ]
 
     def finish(self) -> LotVerdict:

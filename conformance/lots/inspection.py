@@ -77,26 +77,54 @@ class Try(_Part):
     numbers: list[Numbers] = []
 
 
+class Declared(_Part):
+    """A person's word that a unit does not conform, which was not measured.
+
+    Args:
+        by: Who said so.
+        reason: Why.
+        when: In ISO 8601, UTC.
+        after: So many runs of the unit there were by then.
+    """
+
+    by: str
+    reason: str
+    when: str
+    after: Annotated[int, Field(ge=0)]
+
+
 class Unit(_Part):
     """A unit that was drawn.
 
     Args:
         unit: Its serial number in the list, or its place.
         tries: Its runs; all are kept.
+        declared: What people said of it; all is kept.
     """
 
     unit: int
     tries: list[Try] = []
+    declared: list[Declared] = []
 
     @property
     def verdict(self) -> Word | None:
         """What its runs say: a deviation once seen stays; None before the first.
 
-        Else the last run counts, so that one that could not decide is made good by one that could.
+        Else the last run counts, so that one that could not decide is made good by one that could. Where
+        none has decided, a person's word counts.
         """
-        if any(it.verdict == "nonconforming" for it in self.tries):
+        if any(it.verdict == "nonconforming" for it in self.tries) or self.declared_so:
             return "nonconforming"
         return self.tries[-1].verdict if self.tries else None
+
+    @property
+    def declared_so(self) -> Declared | None:
+        """What a person said of it, as long as no run has decided since."""
+        last = self.declared[-1] if self.declared else None
+        if last is None or any(it.verdict == "nonconforming" for it in self.tries):
+            return None
+        since = self.tries[last.after :]
+        return None if any(it.verdict == "conforming" for it in since) else last
 
     @property
     def telling(self) -> Try | None:

@@ -8,6 +8,7 @@ from conformance.lots.statistics import Quantity, Statistics
 from conformance.lots.verdict import LotVerdict
 from conformance.report.console import Terminal
 from conformance.report.pages import render
+from conformance.report.printable import printable
 
 STYLES = {"accepted": "bold green", "not accepted": "bold red", "not decided": "bold yellow"}
 MOST_ROWS = 10
@@ -49,6 +50,15 @@ def _why(tried: Try) -> str:
     return f"  {why}{f' (and {more} more)' if more > 0 and not tried.reason else ''}" if why else ""
 
 
+def declarations(unit: Unit) -> list[str]:
+    """Return what people said of a unit, a sentence each."""
+    return [
+        f"declared nonconforming by {printable(it.by)}, {it.when}: {printable(it.reason)}"
+        f" ({'not measured' if it is unit.declared_so else 'a run has decided since'})"
+        for it in unit.declared
+    ]
+
+
 def print_summary(
     lot: Lot,
     inspection: Inspection,
@@ -61,9 +71,14 @@ def print_summary(
     wrong = [it for it in inspection.units if it.verdict in ("nonconforming", "undecided")]
     if wrong:
         rows: list[tuple[str, ...]] = [
-            (str(it.unit), str(it.verdict), _why(told).strip(), told.folder)
+            (
+                str(it.unit),
+                str(it.verdict),
+                "; ".join(([_why(told).strip()] if told else []) + declarations(it)),
+                told.folder if told else "",
+            )
             for it in wrong
-            if (told := it.telling) is not None
+            for told in [it.telling]
         ]
         terminal.table(("unit", "verdict", "why", "record"), rows)
         terminal.say()
@@ -79,9 +94,12 @@ def print_summary(
     for text in serial_words(numbers):
         terminal.say(text)
     terminal.say(
-        f"{numbers.judged} judged: {verdict.conforming} conform, {verdict.nonconforming} deviate, "
+        f"{numbers.judged} judged: {verdict.conforming} conform, "
+        f"{verdict.nonconforming - numbers.declared} deviate, "
         f"{verdict.undecided} undecided; {numbers.first_pass} conformed in their first run"
     )
+    if numbers.declared:
+        terminal.say(f"declared nonconforming by a person, not measured: {numbers.declared}")
     terminal.say(
         f"{lot.content.name}: {verdict.word.upper()}: {verdict.reason}", style=STYLES[verdict.word]
     )
@@ -137,6 +155,7 @@ def to_html(lot: Lot, inspection: Inspection, verdict: LotVerdict, numbers: Stat
         inspection=inspection,
         verdict=verdict,
         numbers=numbers,
+        declarations=declarations,
         quantities=[quantity_row(it) for it in numbers.quantities],
         serials=serial_words(numbers),
     )

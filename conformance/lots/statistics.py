@@ -78,7 +78,8 @@ class Statistics:
     """Of one lot.
 
     Args:
-        judged: Units that were judged.
+        judged: Units that were judged, without those declared nonconforming.
+        declared: Units that a person declared nonconforming, as no run decides them.
         first_pass: Of them, those that conformed in their first run.
         conforming: Of them, those that conform.
         by_requirement: Requirement to the number of units that deviate from it, the most first.
@@ -88,6 +89,7 @@ class Statistics:
     """
 
     judged: int
+    declared: int
     first_pass: int
     conforming: int
     by_requirement: dict[str, int]
@@ -107,10 +109,11 @@ def statistics_of(inspection: Inspection, listed: Sequence[int] | None) -> Stati
         inspection: So far.
         listed: Serial numbers of the lot; None where no list tells them.
     """
-    judged = [it for it in inspection.units if it.tries]
+    judged = [it for it in inspection.units if it.tries and it.declared_so is None]
     telling = [(it.unit, told) for it in judged if (told := it.telling) is not None]
     return Statistics(
         judged=len(judged),
+        declared=sum(it.declared_so is not None for it in inspection.units),
         first_pass=sum(it.tries[0].verdict == "conforming" for it in judged if _stays(it)),
         conforming=inspection.count("conforming"),
         by_requirement=_pareto(_deviations(it, 0) for it in judged),

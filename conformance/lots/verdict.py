@@ -21,6 +21,7 @@ class LotVerdict:
         nonconforming: Units of the sample that deviate.
         undecided: Units of the sample that were judged and could not be decided.
         waiting: Units of the sample that were not judged yet.
+        declared: Of those that deviate, those that no run decided: a person declared them nonconforming.
     """
 
     word: LotWord
@@ -29,6 +30,7 @@ class LotVerdict:
     nonconforming: int
     undecided: int
     waiting: int
+    declared: int = 0
 
     @property
     def exit_code(self) -> int:
@@ -46,20 +48,23 @@ def decide(inspection: Inspection) -> LotVerdict:
     good, bad, open_, waiting = (
         inspection.count(word) for word in ("conforming", "nonconforming", "undecided", None)
     )
+    declared = sum(it.declared_so is not None for it in inspection.units)
     seen = f"{bad} of {plan.sample} units nonconforming"
+    if declared:
+        seen += f" ({declared} declared so by a person, not measured)"
     if bad >= plan.reject:
         reason = f"{seen}, which is Re {plan.reject} or more"
-        return LotVerdict("not accepted", reason, good, bad, open_, waiting)
+        return LotVerdict("not accepted", reason, good, bad, open_, waiting, declared)
     if waiting:
         reason = f"{waiting} of {plan.sample} units are still to be judged; so far {seen}"
-        return LotVerdict("not decided", reason, good, bad, open_, waiting)
+        return LotVerdict("not decided", reason, good, bad, open_, waiting, declared)
     if bad + open_ <= plan.accept:
         reason = f"{seen}, which is not more than Ac {plan.accept}"
         if open_:
             reason = f"{seen} and {open_} undecided: not more than Ac {plan.accept} even if those deviate"
-        return LotVerdict("accepted", reason, good, bad, open_, waiting)
+        return LotVerdict("accepted", reason, good, bad, open_, waiting, declared)
     reason = (
         f"{seen}, and {open_} undecided: whether there are more than Ac {plan.accept} cannot be said; "
         f"judge them again with --retest"
     )
-    return LotVerdict("not decided", reason, good, bad, open_, waiting)
+    return LotVerdict("not decided", reason, good, bad, open_, waiting, declared)

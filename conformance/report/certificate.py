@@ -7,13 +7,17 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Final
 
 from conformance.errors import SpecError
 from conformance.report.cautions import is_simulated
 from conformance.report.certificate_table import listed, many
 from conformance.report.certificate_unit import Unit, unit_of
+from conformance.report.inspected import Inspected
 from conformance.report.printable import printable
 from conformance.report.record import Record
+
+MOST_OF_A_SENTENCE: Final = 300
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +26,9 @@ class Certificate:
 
     Args:
         lot: Title of the lot, empty without one.
+        verdict: What became of the lot, empty where its inspection was not given.
         summary: How many units came to which verdict.
+        declared: Units that a person declared nonconforming, which nothing measured.
         notes: What a reader has to know before the summary is relied on.
         partial: Why it is no acceptance, empty if it is one.
         units: In the order in which they were given.
@@ -30,19 +36,24 @@ class Certificate:
     """
 
     lot: str
+    verdict: str
     summary: str
+    declared: Sequence[str]
     notes: Sequence[str]
     partial: str
     units: Sequence[Unit]
     made: int
 
 
-def certify(records: Iterable[Record], lot: str = "") -> Certificate:
+def certify(
+    records: Iterable[Record], lot: str = "", inspected: Inspected | None = None
+) -> Certificate:
     """Return what the certificate of some records says.
 
     Args:
         records: One or several, of one unit each; none is kept.
         lot: Title of the lot.
+        inspected: The inspection that they are of, None without one.
 
     Raises:
         SpecError: A record is given twice.
@@ -60,7 +71,9 @@ def certify(records: Iterable[Record], lot: str = "") -> Certificate:
         simulated += is_simulated(record)
     return Certificate(
         lot=printable(lot),
-        summary=_summary(units),
+        verdict=printable(inspected.verdict, MOST_OF_A_SENTENCE) if inspected else "",
+        summary=_summary(units, inspected),
+        declared=inspected.declared if inspected else (),
         notes=list(_lot_notes(serials, simulated)),
         partial=_lot_partial(sum(bool(unit.partial) for unit in units), len(units)),
         units=units,
@@ -68,18 +81,24 @@ def certify(records: Iterable[Record], lot: str = "") -> Certificate:
     )
 
 
-def _summary(units: Sequence[Unit]) -> str:
+def _summary(units: Sequence[Unit], inspected: Inspected | None) -> str:
     counted = Counter(unit.verdict for unit in units)
     words = {
         "conforms": ("conforms", "conform"),
         "deviates": ("deviates", "deviate"),
         "inconclusive": ("is undecided", "are undecided"),
     }
-    parts = (
+    parts = [
         f"{counted[word]} {one if counted[word] == 1 else several}"
         for word, (one, several) in words.items()
-    )
-    return f"{many(len(units), 'unit')}: {', '.join(parts)}."
+    ]
+    declared = len(inspected.declared) if inspected else 0
+    waiting = inspected.waiting if inspected else 0
+    if declared:
+        parts.append(f"{declared} declared nonconforming by a person, not measured")
+    if waiting:
+        parts.append(f"{waiting} not judged")
+    return f"{many(len(units) + declared + waiting, 'unit')}: {', '.join(parts)}."
 
 
 def _lot_partial(partial: int, units: int) -> str:
