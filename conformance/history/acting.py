@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 from conformance.errors import BenchError, SpecError
-from conformance.history import asking, pages
+from conformance.history import asking, pages, series
 from conformance.history.database import Database
 from conformance.history.keeping import enter, keep_lot, place_unit, serial_of
 from conformance.history.lot import Lot
@@ -21,14 +21,16 @@ class Entering:
 
     Args:
         url: Of the database.
+        create: Make what does not exist yet.
 
     Raises:
         SpecError: The database is none of this suite.
         BenchError: It cannot be opened.
     """
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, *, create: bool = True) -> None:
         self._url = url
+        self._create = create
         self._open().close()
 
     def run(self, place: Path) -> None:
@@ -64,8 +66,21 @@ class Entering:
                         place_unit(database, lot.name, place, record.device.spec, serial)
             console.say(f"history: {database.name}")
 
+    def series(self, name: str) -> list[str]:
+        """Return what was noted of each lot of a series; see `conformance.history.series`."""
+        with closing(self._open()) as database:
+            return series.lots_of(database, name)
+
+    def conclude(self, name: str, lot: str, content: str | None) -> None:
+        """Note what became of a lot of a series, None for nothing yet; see `conformance.history.series`."""
+        with closing(self._open()) as database:
+            if content is None:
+                series.withdraw(database, name, lot)
+            else:
+                series.note(database, name, lot, content)
+
     def _open(self) -> Database:
-        return Database(self._url, create=True)
+        return Database(self._url, create=self._create)
 
 
 def add(places: Sequence[Path], url: str) -> None:

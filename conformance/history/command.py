@@ -48,8 +48,12 @@ def history(
     acting.show(database, asked[0] if asked else "", lot, export)
 
 
-def prepared(url: str) -> Entering:
+def prepared(url: str, *, create: bool = True) -> Entering:
     """See that runs can be entered, before one begins; return what enters them.
+
+    Args:
+        url: Of the database.
+        create: Make what does not exist yet.
 
     Raises:
         SpecError: The database is none of this suite.
@@ -57,4 +61,4 @@ def prepared(url: str) -> Entering:
     """
     from conformance.history.acting import Entering  # noqa: PLC0415 - the database takes long to load
 
-    return Entering(url)
+    return Entering(url, create=create)

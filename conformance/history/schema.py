@@ -29,9 +29,12 @@ from sqlalchemy import (
 
 from conformance.errors import SpecError
 
-VERSION: Final = 1
-STEPS: Final[Mapping[int, Sequence[str]]] = {}
-"""Version to the statements that make the next one of it, in the SQL of both databases."""
+VERSION: Final = 2
+STEPS: Final[Mapping[int, Sequence[str]]] = {1: ()}
+"""Version to the statements that make the next one of it, in the SQL of both databases.
+
+Tables that are new need none.
+"""
 
 metadata = MetaData()
 
@@ -105,6 +108,16 @@ deviations = Table(
     Index("deviations_by_item", "item"),
 )
 
+concluded = Table(
+    "concluded",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("series", String, nullable=False),
+    Column("lot", String, nullable=False),
+    Column("content", String, nullable=False),
+    UniqueConstraint("series", "lot"),
+)
+
 
 def bring_up_to_date(connection: Connection, name: str) -> None:
     """Make the tables, or those of an older version into this one's.
@@ -130,4 +143,5 @@ def bring_up_to_date(connection: Connection, name: str) -> None:
         for statement in STEPS[version]:
             connection.execute(text(statement))
     if found < VERSION:
+        metadata.create_all(connection)
         connection.execute(update(versions).values(version=VERSION))

@@ -25,10 +25,11 @@ from conformance.lots.inspection import (
     load_inspection,
 )
 from conformance.lots.judging import Judging, require_same
+from conformance.lots.kept_series import KeptSeries, kept_series
 from conformance.lots.lot_file import Lot, load_lot
 from conformance.lots.page import print_plan, print_summary, say_try, to_html
 from conformance.lots.plans import plan_of, whole_lot
-from conformance.lots.series import conclude, load_series, scheme_for
+from conformance.lots.series import concluded, scheme_for
 from conformance.lots.statistics import Statistics, statistics_of
 from conformance.lots.verdict import LotVerdict, decide
 from conformance.numbers import node_ids
@@ -77,20 +78,22 @@ def inspect(
     if (
         begun is not None
         and begun.sha256 != read.sha256
-        and not any(it.tries for it in begun.units)
+        and not any(it.tries or it.declared for it in begun.units)
     ):
         begun = None  # nothing was judged by the file as it was
     if begun is not None:
         require_same(read, begun.sha256, folder)
-    inspection = begun or _begin(read)
+    shared = read.content.series_shared
+    entering = prepared(database, create=not dry_run) if keep and (shared or not dry_run) else None
+    series = kept_series(read, entering)
+    inspection = begun or _begin(read, series)
     again = _drawn(inspection, retest or [])
     if dead is not None:
         declare(inspection, dead, by, reason, datetime.now(UTC))
     print_plan(read, inspection, console, drawn=not dry_run or begun is not None)
     if dry_run:
         return
-    entering = prepared(database) if keep else None
-    work = _Work(read, judging, inspection, folder)
+    work = _Work(read, judging, inspection, folder, series)
     try:
         if dead is None:
             work.do(again)
@@ -129,13 +132,12 @@ def _for_history(
     return known, runs
 
 
-def _begin(lot: Lot) -> Inspection:
+def _begin(lot: Lot, series: KeptSeries | None) -> Inspection:
     """Return an inspection that has not begun: the plan, and the units drawn."""
     content = lot.content
     severity = content.severity or "normal"
-    if content.series:
-        path = Path(lot.path.parent, content.series)
-        severity = scheme_for(lot, load_series(path, lot)).severity
+    if series is not None:
+        severity = scheme_for(lot, series.load(lot)).severity
     if content.level == "all" or content.aql is None:
         plan = Sampling(**asdict(whole_lot(content.units)))
     else:
@@ -168,13 +170,22 @@ class _Work:
         judging: How its units are judged.
         inspection: Its state.
         folder: Of the inspection.
+        series: Of the lot; None without one.
     """
 
-    def __init__(self, lot: Lot, judging: Judging, inspection: Inspection, folder: Path) -> None:
+    def __init__(
+        self,
+        lot: Lot,
+        judging: Judging,
+        inspection: Inspection,
+        folder: Path,
+        series: KeptSeries | None,
+    ) -> None:
         self._lot = lot
         self._judging = judging
         self._inspection = inspection
         self._folder = folder
+        self._series = series
         self._in_vain = 0
         ids = lot.content.node_ids
         self._node_ids: list[int | None] = [*node_ids("node_ids", ids)] if ids else [None]
@@ -229,9 +240,7 @@ class _Work:
     def finish(self) -> LotVerdict:
         """Write and print what came of it so far, and return the verdict."""
         verdict, numbers = self._concluded()
-        inspection, series = self._inspection, self._lot.content.series
-        if series and not self._lot.content.resubmitted:
-            conclude(Path(self._lot.path.parent, series), self._lot, inspection, verdict)
+        inspection = self._inspection
         page = self._folder / PAGE
         try:
             page.write_text(
@@ -241,11 +250,22 @@ class _Work:
             raise BenchError(f"cannot write {page}: {error.strerror}") from error
         print_summary(self._lot, inspection, verdict, numbers, console)
         console.say(f"record: {self._folder} ({PAGE}, {NAME}, and a folder for each run)")
+        self._note(verdict)
         return verdict
+
+    def _note(self, verdict: LotVerdict) -> None:
+        """Note in the series what became of the lot; a lot that was inspected before is no part of it."""
+        if self._series is None or self._lot.content.resubmitted:
+            return
+        if verdict.word != "not decided":
+            self._series.note(self._lot, concluded(self._lot, self._inspection, verdict))
+        elif self._inspection.concluded:
+            self._series.note(self._lot, None)
 
     def _concluded(self) -> tuple[LotVerdict, Statistics]:
         """Write the state with the verdict and the statistics, and return those."""
         verdict = decide(self._inspection)
+        self._inspection.concluded |= verdict.word != "not decided"
         numbers = statistics_of(self._inspection, self._lot.content.serials)
         more: dict[str, Any] = {
             "verdict": {**asdict(verdict), "exit_code": verdict.exit_code},

@@ -166,6 +166,7 @@ class Inspection(_Part):
         plan: How many units are drawn.
         seed: Of the drawing.
         units: Those drawn, in the order in which they are judged.
+        concluded: It was decided once, whatever was judged again since.
         running: The run that has begun and not ended; None when none has.
     """
 
@@ -175,6 +176,7 @@ class Inspection(_Part):
     plan: Sampling
     seed: int
     units: list[Unit]
+    concluded: bool = False
     running: Running | None = None
 
     def count(self, word: Word | None) -> int:

@@ -44,6 +44,11 @@ def _node_ids(text: str) -> str:
     return text
 
 
+def _is_name(path: Path) -> bool:
+    """Tell whether this is no file's name but that of something known otherwise."""
+    return len(path.parts) == 1 and not path.suffix and not path.is_absolute()
+
+
 class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -73,7 +78,8 @@ class LotFile(_Part):
         level: Of inspection; ``all`` inspects every unit, without a sampling plan.
         aql: Acceptance quality limit, in percent nonconforming.
         severity: Of inspection, where no ``series`` tells it.
-        series: File of what became of the lots before, made when it is not there.
+        series: What became of the lots before, made when it is not there: a file, or by a name without
+            a dot or slash what the history keeps for several stations.
         reduced: Reduced inspection is allowed: production is steady, and who is responsible wants it.
         resumed: The supplier has acted since sampling was discontinued.
         resubmitted: The lot was inspected before, so that the switching rules leave it out.
@@ -146,6 +152,11 @@ class LotFile(_Part):
         return list(range(1, self.units + 1)) if self.serials is None else self.serials
 
     @property
+    def series_shared(self) -> bool:
+        """Its series is kept in the history, not in a file."""
+        return self.series is not None and _is_name(Path(self.series))
+
+    @property
     def name(self) -> str:
         """The lot in a few words."""
         return f"{self.part}, {self.order}"
@@ -168,7 +179,7 @@ class Lot:
     def beside(self, name: str) -> str:
         """Return a file's name as seen from here, where the lot file gives it as seen from itself."""
         path = Path(name)
-        if path.is_absolute() or not (len(path.parts) > 1 or path.suffix):
+        if path.is_absolute() or _is_name(path):
             return name
         return str(self.path.parent / path)
 

@@ -15,7 +15,7 @@ import pytest
 from sqlalchemy import select, text, update
 
 from conformance.errors import BenchError, SpecError
-from conformance.history import asking, schema
+from conformance.history import asking, schema, series
 from conformance.history.command import history
 from conformance.history.database import Database
 from conformance.history.keeping import enter, keep_lot, place_unit
@@ -154,26 +154,73 @@ def test_a_station_has_the_file_to_itself_before_it_looks(tmp_path: Path) -> Non
             other.execute("begin immediate")
 
 
+def test_a_history_of_the_first_version_gets_a_table_for_series(url: str, tmp_path: Path) -> None:
+    with closing(Database(url, create=True)) as database:
+        enter(database, _record(tmp_path / "a"))
+        with database.writing() as connection:
+            connection.execute(text("drop table concluded"))
+            connection.execute(update(schema.versions).values(version=1))
+
+    with closing(Database(url, create=False)) as database:
+        series.note(database, "ims360", "lot 1", "{}")
+        assert series.lots_of(database, "ims360") == ["{}"]
+        with database.reading() as connection:
+            assert len(list(asking.runs_where(connection))) == 1
+
+
 def test_an_older_history_is_brought_up_to_date(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
     Database(url, create=True).close()
-    monkeypatch.setattr(schema, "VERSION", 3)
+    now = schema.VERSION
+    monkeypatch.setattr(schema, "VERSION", now + 2)
     steps = {
-        1: ["alter table runs add column a integer"],
-        2: ["alter table runs add column b text"],
+        now: ["alter table runs add column a integer"],
+        now + 1: ["alter table runs add column b text"],
     }
     monkeypatch.setattr(schema, "STEPS", steps)
 
     with closing(Database(url, create=False)) as database, database.reading() as connection:
         connection.execute(text("select a, b from runs"))
-        assert connection.execute(select(schema.versions.c.version)).scalar_one() == 3
+        assert connection.execute(select(schema.versions.c.version)).scalar_one() == now + 2
 
 
 def test_a_newer_history_is_refused(url: str) -> None:
     with closing(Database(url, create=True)) as database, database.writing() as connection:
         connection.execute(update(schema.versions).values(version=9))
 
-    with pytest.raises(SpecError, match="version 1 or older, got version 9"):
+    with pytest.raises(SpecError, match="or older, got version 9"):
         Database(url, create=False)
+
+
+def test_a_series_keeps_its_order_and_each_lot_once(url: str) -> None:
+    with closing(Database(url, create=True)) as database:
+        for lot in ("a", "b", "c"):
+            series.note(database, "x", lot, lot)
+        series.note(database, "y", "a", "other")
+        series.note(database, "x", "a", "a again")
+        series.withdraw(database, "x", "c")
+        series.withdraw(database, "x", "d")
+        assert series.lots_of(database, "x") == ["a again", "b"]
+        assert series.lots_of(database, "y") == ["other"]
+
+
+def _conclude(url: str, number: int) -> None:
+    with closing(Database(url, create=True)) as database:
+        for lot in range(RUNS_OF_A_STATION):
+            series.note(database, "x", "shared", "{}")
+            series.note(database, "x", f"{number}-{lot}", "{}")
+
+
+def test_stations_that_conclude_lots_at_once_lose_none(url: str) -> None:
+    context = multiprocessing.get_context("spawn")
+    stations = [context.Process(target=_conclude, args=(url, it)) for it in range(STATIONS)]
+    for station in stations:
+        station.start()
+    for station in stations:
+        station.join(240)
+
+    assert [station.exitcode for station in stations] == [0] * STATIONS
+    with closing(Database(url, create=False)) as database:
+        assert len(series.lots_of(database, "x")) == STATIONS * RUNS_OF_A_STATION + 1
 
 
 def test_half_a_transaction_leaves_nothing(url: str, tmp_path: Path) -> None:

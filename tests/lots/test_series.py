@@ -8,8 +8,9 @@ import pytest
 
 from conformance.errors import SpecError
 from conformance.lots.inspection import Inspection, Sampling
+from conformance.lots.kept_series import SeriesFile
 from conformance.lots.lot_file import Lot, load_lot
-from conformance.lots.series import conclude, load_series, scheme_for
+from conformance.lots.series import concluded, scheme_for
 from conformance.lots.verdict import LotVerdict, LotWord
 
 
@@ -25,7 +26,7 @@ def lot(folder: Path, order: str, more: str = "") -> Lot:
 def note(path: Path, which: Lot, word: LotWord, bad: int = 0) -> None:
     plan = Sampling(sample=13, accept=0, size=50, words="", severity="normal")
     made = Inspection(lot={}, sha256="", plan=plan, seed=0, units=[])
-    conclude(path, which, made, LotVerdict(word, "", 13 - bad, bad, 0, 0))
+    SeriesFile(path).note(which, concluded(which, made, LotVerdict(word, "", 13 - bad, bad, 0, 0)))
 
 
 def test_lots_are_noted_in_order_and_each_once(tmp_path: Path) -> None:
@@ -33,17 +34,15 @@ def test_lots_are_noted_in_order_and_each_once(tmp_path: Path) -> None:
     for order in ("a", "b", "c"):
         note(path, lot(tmp_path, order), "accepted")
     note(path, lot(tmp_path, "b"), "not accepted", 2)
-    found = [(it.lot, it.accepted) for it in load_series(path, lot(tmp_path, "d")).lots]
+    found = [(it.lot, it.accepted) for it in SeriesFile(path).load(lot(tmp_path, "d"))]
     assert found == [("a", True), ("b", False), ("c", True)]
 
 
-def test_a_lot_is_not_noted_while_it_is_not_decided(tmp_path: Path) -> None:
+def test_what_was_noted_of_a_lot_is_taken_back(tmp_path: Path) -> None:
     path = tmp_path / "series.json"
-    note(path, lot(tmp_path, "a"), "not decided")
-    assert not path.exists()
     note(path, lot(tmp_path, "a"), "accepted")
-    note(path, lot(tmp_path, "a"), "not decided")
-    assert load_series(path, lot(tmp_path, "b")).lots == []
+    SeriesFile(path).note(lot(tmp_path, "a"), None)
+    assert SeriesFile(path).load(lot(tmp_path, "b")) == []
 
 
 def test_lots_that_are_inspected_otherwise_are_another_series(tmp_path: Path) -> None:
@@ -52,14 +51,14 @@ def test_lots_that_are_inspected_otherwise_are_another_series(tmp_path: Path) ->
     with pytest.raises(
         SpecError, match="expected lots of A sensor, level III, AQL 1, got A sensor"
     ):
-        load_series(path, lot(tmp_path, "b", "level: III\n"))
+        SeriesFile(path).load(lot(tmp_path, "b", "level: III\n"))
 
 
 def test_a_damaged_series_is_told(tmp_path: Path) -> None:
     path = tmp_path / "series.json"
     path.write_text("{}", encoding="ascii")
     with pytest.raises(SpecError, match="expected a series of lots, got what is none"):
-        load_series(path, lot(tmp_path, "a"))
+        SeriesFile(path).load(lot(tmp_path, "a"))
 
 
 def test_sampling_that_is_discontinued_goes_on_once_the_supplier_has_acted(tmp_path: Path) -> None:
@@ -68,9 +67,9 @@ def test_sampling_that_is_discontinued_goes_on_once_the_supplier_has_acted(tmp_p
         note(path, lot(tmp_path, f"lot {nth}"), "not accepted", 3)
     following = lot(tmp_path, "lot 7")
     with pytest.raises(SpecError, match="sampling is discontinued, for 5 lots were not accepted"):
-        scheme_for(following, load_series(path, following))
+        scheme_for(following, SeriesFile(path).load(following))
     resumed = lot(tmp_path, "lot 7", "resumed: true\n")
-    assert scheme_for(resumed, load_series(path, resumed)).severity == "tightened"
+    assert scheme_for(resumed, SeriesFile(path).load(resumed)).severity == "tightened"
 
 
 def test_reduced_inspection_needs_leave(tmp_path: Path) -> None:
@@ -78,6 +77,6 @@ def test_reduced_inspection_needs_leave(tmp_path: Path) -> None:
     for nth in range(15):
         note(path, lot(tmp_path, f"lot {nth}", "reduced: true\n"), "accepted")
     allowed = lot(tmp_path, "next", "reduced: true\n")
-    assert scheme_for(allowed, load_series(path, allowed)).severity == "reduced"
+    assert scheme_for(allowed, SeriesFile(path).load(allowed)).severity == "reduced"
     plain = lot(tmp_path, "next")
-    assert scheme_for(plain, load_series(path, plain)).severity == "normal"
+    assert scheme_for(plain, SeriesFile(path).load(plain)).severity == "normal"
