@@ -12,8 +12,7 @@ from conformance.bench.services.lss_master import DONE, ENTER, LssAnswer, LssMas
 from conformance.bench.session import Bench
 from conformance.commissioning.giving import NotSelected
 from conformance.commissioning.record import Unit
-from conformance.errors import SetupRefused, SpecError
-from conformance.spec.document import Lss
+from conformance.errors import SetupRefused
 from conformance.spec.model import DeviceSpec
 from conformance.wire import lss
 
@@ -48,33 +47,26 @@ class ByLss:
         return service is not None and "identify-remote-slave" in service.waiting
 
     @staticmethod
-    def require_bitrate(spec: DeviceSpec, bitrate: int) -> None:
-        """Make sure that a bit rate can be given.
-
-        Raises:
-            SpecError: It cannot.
-        """
-        service: Lss | None = spec.services.lss
-        known = sorted(lss.BIT_RATES.values())
+    def rates(spec: DeviceSpec) -> list[int]:
+        """Return the bit rates that can be given."""
+        service = spec.services.lss
         if service is None or "configure-bit-timing" not in service.configuration:
-            raise SpecError(
-                "--to-bitrate: expected none, for the device's LSS configures no bit rate"
-            )
-        if bitrate not in known:
-            raise SpecError(f"--to-bitrate: expected one of {known} bit/s, got {bitrate}")
+            return []
+        return sorted(lss.BIT_RATES.values())
 
     def prepare(self, node: Node) -> None:
         """Bring every sensor at the bench's place to where LSS works, and its slaves to LSS waiting."""
         node.nmt(ENTER[usable_state(node.spec)])
         self.master.wait()
 
-    def configure(self, unit: Unit, start: Place, to: Place) -> Place:
+    def configure(self, unit: Unit, start: Place, to: Place, *, rate: bool) -> Place:
         """Tell one sensor its place, to be in force after a reset.
 
         Args:
             unit: The sensor.
             start: Where it is.
             to: Where it is to be.
+            rate: Tell it the bit rate as well.
 
         Returns:
             Where it is meanwhile.
@@ -91,7 +83,7 @@ class ByLss:
             if not isinstance(answer.message, lss.SwitchSelectiveReply):
                 raise NotSelected(f"{unit} does not confirm that it is selected ({answer})")
             self._done(unit, "node-ID", self.master.ask(lss.ConfigureNodeId(to.node_id)))
-            if to.bitrate != start.bitrate:
+            if rate:
                 index = index_of(to.bitrate)
                 assert index is not None  # required before
                 timing = lss.ConfigureBitTiming(0, index)

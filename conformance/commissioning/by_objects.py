@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from conformance.bench.node.reach import Place
+from conformance.bench.node.reach import AT_ONCE_S, Place
 from conformance.bench.session import Bench
 from conformance.commissioning.giving import NotSelected, serial_of
 from conformance.commissioning.record import Unit
-from conformance.errors import SpecError
 from conformance.spec.bit_rates import documented_rates
 from conformance.spec.document import Changeable
 from conformance.spec.model import DeviceSpec, Entry, is_legal
@@ -30,26 +29,20 @@ class ByObjects:
         return _entry(spec, spec.services.node_id) is not None
 
     @staticmethod
-    def require_bitrate(spec: DeviceSpec, bitrate: int) -> None:
-        """Make sure that a bit rate can be given.
+    def rates(spec: DeviceSpec) -> list[int]:
+        """Return the bit rates that can be given."""
+        if _entry(spec, spec.services.bitrate) is None:
+            return []
+        return sorted(documented_rates(spec))
 
-        Raises:
-            SpecError: It cannot.
-        """
-        known = sorted(documented_rates(spec))
-        if _entry(spec, spec.services.bitrate) is None or bitrate not in known:
-            raise SpecError(
-                f"--to-bitrate: expected one of {known or 'none'} bit/s, which the device documents, "
-                f"got {bitrate}"
-            )
-
-    def configure(self, unit: Unit, start: Place, to: Place) -> Place:
+    def configure(self, unit: Unit, start: Place, to: Place, *, rate: bool) -> Place:
         """Write one sensor its place, and store it.
 
         Args:
             unit: The sensor.
             start: Where it is.
             to: Where it is to be.
+            rate: Write the bit rate as well.
 
         Returns:
             Where it is now, before a restart.
@@ -66,23 +59,29 @@ class ByObjects:
         if serial not in (None, unit.serial):
             raise NotSelected(f"{unit} is expected as {start}, but serial {serial} is there")
         indices = set()
-        for entry, value, next_place in _changes(bench.spec, start, to):
-            keys = bench.spec.companions(entry.key)
-            bench.reach.write(node, keys, entry.type.encode(value), bench.reach.here, next_place)
-            indices |= {index for index, _ in keys}
+        for service, value, next_place in _changes(bench.spec, start, to, rate=rate):
+            entry = bench.spec.entries[service.object, 0]
+            for key in bench.spec.companions(entry.key):
+                bench.reach.write(node, (key,), entry.type.encode(value))
+                bench.link.listen(AT_ONCE_S, lambda _: False)
+                places = (bench.reach.here, next_place)
+                at_once = service.effective == "at-once"
+                bench.reach.find(node, *(reversed(places) if at_once else places))
+                indices.add(key[0])
         node.save(indices)
         bench.done(node, doubtful=False)
         return bench.reach.here
 
 
-def _changes(spec: DeviceSpec, start: Place, to: Place) -> Iterator[tuple[Entry, int, Place]]:
+def _changes(
+    spec: DeviceSpec, start: Place, to: Place, *, rate: bool
+) -> Iterator[tuple[Changeable, int, Place]]:
     """Return what is written where, and where the sensor may be at once after it."""
-    node_id = _entry(spec, spec.services.node_id)
-    if node_id is not None and to.node_id != start.node_id:
+    node_id, bitrate = spec.services.node_id, spec.services.bitrate
+    if node_id is not None and _entry(spec, node_id) is not None and to.node_id != start.node_id:
         yield node_id, to.node_id, Place(to.node_id, start.bitrate)
-    rate = _entry(spec, spec.services.bitrate)
-    if rate is not None and to.bitrate != start.bitrate:
-        yield rate, documented_rates(spec)[to.bitrate], to
+    if bitrate is not None and _entry(spec, bitrate) is not None and rate:
+        yield bitrate, documented_rates(spec)[to.bitrate], to
 
 
 def _entry(spec: DeviceSpec, service: Changeable | None) -> Entry | None:

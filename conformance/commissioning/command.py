@@ -60,7 +60,7 @@ def commission(
 ) -> None:
     """Give each sensor fresh from the box a node-ID of its own; exit 0 if all have it, 2 if not."""
     if undo is not None:
-        _undo(undo, bench, channel)
+        _undo(undo, bench, channel, one_by_one=one_by_one)
         return
     bench = bench or "simulator"
     spec_path = resources.find("device_specs", device, "DEVICE")
@@ -95,7 +95,7 @@ def commission(
     console.say(f"undo it with: canopen-conformance commission --undo {record}")
 
 
-def _undo(path: Path, bench: str | None, channel: str | None) -> None:
+def _undo(path: Path, bench: str | None, channel: str | None, *, one_by_one: bool) -> None:
     kept = load_record(path)
     if not kept.in_force:
         console.say("nothing to undo: all sensors are where they were found")
@@ -109,7 +109,7 @@ def _undo(path: Path, bench: str | None, channel: str | None) -> None:
     opened = Bench.open(_with_operator(definition), spec, {}, path.with_suffix(".undo.log"))
     try:
         with interruptible():
-            wrong = Procedure(opened, kept, path).back()
+            wrong = Procedure(opened, kept, path).back(one_by_one=one_by_one)
     finally:
         opened.close()
         _show(kept)
@@ -131,14 +131,20 @@ def _require_way(spec: DeviceSpec, definition: BenchDefinition, bitrate: int) ->
         raise SpecError(
             f"DEVICE: expected one whose manual tells how a node-ID is given, got {spec.name}"
         )
-    if bitrate == (definition.bitrate or spec.bitrate):
+    present = definition.bitrate or spec.bitrate
+    if bitrate == present:
         return
     if not definition.sets_bitrate:
         raise SpecError(
             f"--to-bitrate: expected none on interface {definition.interface}, whose bit rate is "
             f"set up by others, got {bitrate}"
         )
-    way.require_bitrate(spec, bitrate)
+    known = way.rates(spec)
+    if bitrate not in known or present not in known:
+        raise SpecError(
+            f"--to-bitrate: expected one of {known} bit/s, from which the device can be brought back to "
+            f"{present} bit/s, got {bitrate}"
+        )
 
 
 def _legal(spec: DeviceSpec, text: str) -> Sequence[int]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Protocol
 
+from conformance.bench.given_back.seeking import BROADCAST, answering
 from conformance.bench.node.interrupts import uninterrupted
 from conformance.bench.node.node import Node
 from conformance.bench.node.reach import Place
@@ -13,6 +14,11 @@ from conformance.bench.session import SERIAL_NUMBER, Bench
 from conformance.commissioning.record import State, Unit
 from conformance.errors import ConformanceError, NodeTimeout, SetupRefused
 from conformance.spec.model import DeviceSpec
+
+NONE_RESTARTED: Final = (
+    "no sensor was restarted, for all must change their bit rate at the same moment; one that does "
+    "so at once is brought back alone, by --undo with --one-by-one"
+)
 
 
 class NotSelected(SetupRefused):
@@ -22,8 +28,8 @@ class NotSelected(SetupRefused):
 class Way(Protocol):
     """How a sensor is told its place."""
 
-    def configure(self, unit: Unit, start: Place, to: Place) -> Place:
-        """Tell one sensor its place; return where it is until it is restarted.
+    def configure(self, unit: Unit, start: Place, to: Place, *, rate: bool) -> Place:
+        """Tell one sensor its node-ID, and its bit rate if asked; return where it is until a restart.
 
         Raises:
             NotSelected: It is not there.
@@ -63,31 +69,65 @@ class Giving:
         self._way = way
         self._keep = keep
 
-    def give(self, units: Sequence[Unit]) -> list[str]:
-        """Give sensors their places; return what went wrong, a sentence each."""
-        trips = [Trip(unit, unit.found.place, unit.given.place) for unit in units]
-        return self._go(trips, "given")
+    def give_node_ids(self, units: Sequence[Unit]) -> list[str]:
+        """Give sensors their node-IDs at the bit rate they have; return what went wrong, a sentence each."""
+        trips = [Trip(unit, unit.found.place, unit.between) for unit in units]
+        state: State = "touched" if any(unit.switches for unit in units) else "given"
+        return self._go(trips, state, rate=False)
+
+    def switch(self, units: Sequence[Unit]) -> list[str]:
+        """Give sensors that have their node-IDs another bit rate; return what went wrong."""
+        return self._switch([Trip(unit, unit.between, unit.given.place) for unit in units], "given")
 
     def take_back(self, units: Sequence[Unit]) -> list[str]:
-        """Bring sensors to where they were found; return what went wrong, a sentence each."""
+        """Bring sensors to where they were found; return what went wrong, a sentence each.
+
+        The bit rate comes first, while each has a node-ID of its own.
+        """
+        present = self._present(units)
+        fast = [Trip(it, present[n], it.between) for n, it in enumerate(units) if it.switches]
+        away = [trip for trip in fast if trip.start == trip.unit.given.place]
+        if away and (wrong := self._switch(away, "touched")):
+            return wrong
         homes = [unit.found for unit in units]
         trips = [
-            Trip(unit, self._present(unit), unit.found.place, shared=homes.count(unit.found) > 1)
-            for unit in units
+            Trip(
+                unit,
+                unit.found.place if present[n] == unit.found.place else unit.between,
+                unit.found.place,
+                shared=homes.count(unit.found) > 1,
+            )
+            for n, unit in enumerate(units)
         ]
-        return self._go(trips, "undone")
+        return self._go(trips, "undone", rate=True)  # they may have been told, and not restarted
 
-    def _present(self, unit: Unit) -> Place:
-        """Return where a sensor is: at its new place, or still where it was found."""
-        given, found = unit.given.place, unit.found.place
-        return given if self._answers(given) else found
+    def _present(self, units: Sequence[Unit]) -> list[Place]:
+        """Return where sensors are; where they were found if they answer nowhere.
 
-    def _go(self, trips: Sequence[Trip], state: State) -> list[str]:
+        All are at one bit rate: where one is seen the other bit rate is left alone.
+        """
+        spots = [it for unit in units for it in (unit.found, unit.given)]
+        if any(unit.state == "given" for unit in units):
+            spots.reverse()
+        for bitrate in dict.fromkeys(it.bitrate for it in spots):
+            seen = [self._seen(unit, bitrate) for unit in units]
+            if any(seen):
+                return [it or unit.found.place for it, unit in zip(seen, units, strict=True)]
+        return [unit.found.place for unit in units]
+
+    def _seen(self, unit: Unit, bitrate: int) -> Place | None:
+        """Return the place of a bit rate at which a sensor answers, None where it does at none."""
+        places = dict.fromkeys((unit.given.place, unit.between, unit.found.place))
+        there = (it for it in places if it.bitrate == bitrate)
+        return next((it for it in there if self._answers(it) or self._answers(it)), None)
+
+    def _go(self, trips: Sequence[Trip], state: State, *, rate: bool) -> list[str]:
+        """Bring sensors to other node-IDs; each goes for itself."""
         wrong, told = [], []
         for trip in trips:
             before = trip.unit.state
             try:
-                told.append((self._tell(trip), trip))
+                told.append((self._tell(trip, rate=rate and trip.unit.switches), trip))
             except NotSelected as error:
                 trip.unit.state = before
                 wrong.append(str(error))
@@ -97,29 +137,74 @@ class Giving:
             self._keep()
             return wrong
         missing = self._restart({here for here, _ in told}, [trip for _, trip in told])
-        for _, trip in told:
+        return wrong + self._note([trip for _, trip in told], missing, state)
+
+    def _note(self, trips: Sequence[Trip], missing: Sequence[Trip], state: State) -> list[str]:
+        """Keep how far sensors came, and say which did not come where they should."""
+        for trip in trips:
             if trip not in missing:
                 trip.unit.state = state
         self._keep()
-        wrong += [
+        return [
             f"{trip.unit} was told to be {trip.to} and is not found there: switch the supply off and "
             "on, for the change may wait for that, and look at the label for its serial number"
             for trip in missing
         ]
-        return wrong
+
+    def _switch(self, trips: Sequence[Trip], state: State) -> list[str]:
+        """Bring sensors to another bit rate, all at the same moment.
+
+        One at another bit rate than the rest destroys their frames. So nobody else may be on the bus, none
+        restarts unless all were told, and all do by one frame.
+        """
+        start = trips[0].start
+        if others := self._others(trips):
+            return [others]
+        told: list[Trip] = []
+        for trip in trips:
+            try:
+                here = self._tell(trip, rate=True)
+            except (SetupRefused, NodeTimeout) as error:
+                told += [] if isinstance(error, NotSelected) else [trip]
+                return [str(error), *self._as_before(told), NONE_RESTARTED]
+            if here.bitrate != start.bitrate and len(trips) > 1:
+                too_soon = f"{trip.unit} changed its bit rate at once"
+                return [too_soon, *self._as_before(told), NONE_RESTARTED]
+            told.append(trip)
+        missing = self._restart({here}, trips, everybody=True)
+        return self._note(trips, missing, state)
+
+    def _others(self, trips: Sequence[Trip]) -> str:
+        """Say who else is on the bus of sensors on their way, empty if nobody answers."""
+        bench, start = self._bench, trips[0].start
+        bench.reach.go(start)
+        answer = answering(bench.link, bench.definition.sdo_timeout_s)
+        return in_the_way(set(answer) - {trip.start.node_id for trip in trips}, start.bitrate)
+
+    def _as_before(self, trips: Sequence[Trip]) -> list[str]:
+        """Tell sensors the bit rate that they still have; say what came of it."""
+        said = []
+        for trip in trips:
+            try:
+                self._way.configure(trip.unit, trip.start, trip.start, rate=True)
+            except (SetupRefused, NodeTimeout) as error:
+                said.append(f"{error}: it may be {trip.to} when it is switched on next")
+        return said
 
     @uninterrupted()
-    def _tell(self, trip: Trip) -> Place:
+    def _tell(self, trip: Trip, *, rate: bool) -> Place:
         trip.unit.state = "touched"
         self._keep()
-        return self._way.configure(trip.unit, trip.start, trip.to)
+        return self._way.configure(trip.unit, trip.start, trip.to, rate=rate)
 
     @uninterrupted()
-    def _restart(self, places: set[Place], trips: Sequence[Trip]) -> list[Trip]:
+    def _restart(
+        self, places: set[Place], trips: Sequence[Trip], *, everybody: bool = False
+    ) -> list[Trip]:
         """Restart the sensors at some places, and return those that do not come where they should."""
         for place in places:
             self._bench.reach.go(place)
-            self._bench.node().begin_reset()
+            self._bench.node().begin_reset(node_id=BROADCAST if everybody else None)
         missing = self._missing(trips)
         node = self._bench.node()
         if missing and node.switchable:
@@ -139,7 +224,8 @@ class Giving:
     def _is_there(self, trip: Trip) -> bool:
         """Tell whether a sensor is where it should be; of several there, whether it left its start."""
         if trip.shared:
-            return self._answers(trip.to) and not self._answers(trip.start)
+            left = trip.start == trip.to or not self._answers(trip.start)
+            return left and self._answers(trip.to)
         if not self._answers(trip.to):
             return False
         try:
@@ -150,6 +236,15 @@ class Giving:
     def _answers(self, place: Place) -> bool:
         self._bench.reach.go(place)
         return self._bench.node().answers()
+
+
+def in_the_way(node_ids: Iterable[int], bitrate: int) -> str:
+    """Say that some nodes keep others from another bit rate, empty where there are none."""
+    named = ", ".join(map(str, sorted(node_ids)))
+    return named and (
+        f"somebody answers as node-ID {named} and would stay at {bitrate / 1000:g} kbit/s, where it "
+        "destroys the frames of all others: disconnect it"
+    )
 
 
 def identity_of(node: Node) -> list[int]:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from conformance.bench.given_back.seeking import answering
+from conformance.bench.node.reach import Place
 from conformance.bench.session import Bench
 from conformance.commissioning.by_lss import ByLss
 from conformance.commissioning.by_objects import ByObjects
-from conformance.commissioning.giving import Giving, identity_of
+from conformance.commissioning.giving import Giving, identity_of, in_the_way
 from conformance.commissioning.one_by_one import connected
 from conformance.commissioning.record import Record, Spot, Unit
 from conformance.commissioning.searching import Search
-from conformance.errors import BenchError
+from conformance.errors import BenchError, BenchLacks
 from conformance.report.console import console
 
 
@@ -50,14 +51,25 @@ class Procedure:
         self._bench.find_node(several=True)
         units = self._add(self._identities(self._by_lss, serials), node_ids, bitrate)
         console.say(f"sensors: {', '.join(map(str, units)) or 'none'}")
-        wrong = self._giving.give(units)
+        wrong = self._giving.give_node_ids(units)
         home = self._bench.reach.home
         self._bench.reach.go(home)
         if self._bench.node().answers():
             wrong.append(
                 f"a sensor is still {home}: give the serial number on its label by --serial"
             )
-        return wrong
+        return self._switched(units, wrong)
+
+    def _switched(self, units: Sequence[Unit], wrong: Sequence[str]) -> list[str]:
+        """Give sensors their bit rate if it is another, and nothing went wrong so far."""
+        if not any(unit.switches for unit in units):
+            return [*wrong]
+        if wrong:
+            return [
+                *wrong,
+                "the bit rate was left as it is: bring them back by --undo, then begin anew",
+            ]
+        return self._giving.switch(units)
 
     def one_by_one(self, node_ids: Sequence[int], bitrate: int) -> list[str]:
         """Give sensors their places as the operator connects them, as `all_at_once` does."""
@@ -66,12 +78,32 @@ class Procedure:
         for identity in connected(self._bench, alone=alone):
             (unit,) = self._add([identity], node_ids, bitrate)
             console.say(f"connected: {unit}")
-            wrong += self._giving.give([unit])
+            wrong += self._switched([unit], self._giving.give_node_ids([unit]))
         return wrong
 
-    def back(self) -> list[str]:
-        """Bring all sensors of the record to where they were found; return what went wrong."""
-        return self._giving.take_back(self._record.in_force)
+    def back(self, *, one_by_one: bool) -> list[str]:
+        """Bring all sensors of the record to where they were found; return what went wrong.
+
+        Args:
+            one_by_one: The operator connects one after the other.
+        """
+        units = self._record.in_force
+        if not one_by_one and not self._act_at_once(units):
+            return self._giving.take_back(units)
+        wrong: list[str] = []
+        for nth, unit in enumerate(units, 1):
+            if not self._bench.operator.connect(
+                nth, f"{unit} and no other (it is expected as {unit.given.place})"
+            ):
+                return [*wrong, f"{len(units) - nth + 1} sensors were not connected"]
+            wrong += self._giving.take_back([unit])
+        return wrong
+
+    def _act_at_once(self, units: Sequence[Unit]) -> bool:
+        """Tell whether one sensor would be at another bit rate than the rest before these are told."""
+        service = self._bench.spec.services.bitrate
+        at_once = self._by_lss is None and service is not None and service.effective == "at-once"
+        return at_once and len(units) > 1 and any(unit.switches for unit in units)
 
     def _identities(self, by_lss: ByLss, serials: Sequence[int]) -> list[list[int]]:
         """Return the identities of all sensors, which differ in revision and serial number alone."""
@@ -95,6 +127,8 @@ class Procedure:
         bench.reach.go(bench.reach.home)
         given = {unit.given.node_id for unit in self._record.units}
         answer = answering(bench.link, bench.definition.sdo_timeout_s)
+        if bitrate != home.bitrate:
+            self._require_switch({*answer} - {home.node_id}, bitrate)
         free = [it for it in node_ids if it not in {home.node_id, *given, *answer}]
         if len(free) < len(identities):
             raise BenchError(
@@ -106,3 +140,18 @@ class Procedure:
         ]
         self._record.units += units
         return units
+
+    def _require_switch(self, others: Collection[int], bitrate: int) -> None:
+        """Make sure that bench and bus let all have another bit rate.
+
+        Raises:
+            BenchError: They do not.
+        """
+        reach = self._bench.reach
+        if others:
+            raise BenchError(in_the_way(others, reach.home.bitrate))
+        try:
+            reach.go(Place(reach.home.node_id, bitrate))
+        except BenchLacks as error:
+            raise BenchError(str(error)) from error
+        reach.go(reach.home)

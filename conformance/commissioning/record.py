@@ -56,6 +56,16 @@ class Unit(BaseModel):
     state: State = "planned"
 
     @property
+    def between(self) -> Place:
+        """Where it is with its new node-ID and the bit rate it had."""
+        return Place(self.given.node_id, self.found.bitrate)
+
+    @property
+    def switches(self) -> bool:
+        """It is to have another bit rate."""
+        return self.given.bitrate != self.found.bitrate
+
+    @property
     def serial(self) -> int | None:
         """The serial number, None where it tells none."""
         return self.identity[3] if len(self.identity) > 3 else None

@@ -94,7 +94,7 @@ def test_all_at_once_and_back(
     assert [unit.serial for unit in record.units] == SERIALS
     assert load_record(tmp_path / "commission.json") == record
 
-    assert procedure(bench, record, tmp_path).back() == []
+    assert procedure(bench, record, tmp_path).back(one_by_one=False) == []
     assert held(bench) == before
     assert load_record(tmp_path / "commission.json").in_force == []
 
@@ -109,7 +109,7 @@ def test_one_by_one_with_another_bit_rate_and_back(
     assert procedure(bench, record, tmp_path).one_by_one(IDS, 500_000) == []
 
     assert places(bench) == [(10, 500_000), (11, 500_000), (12, 500_000)]
-    assert procedure(bench, record, tmp_path).back() == []
+    assert procedure(bench, record, tmp_path).back(one_by_one=False) == []
     assert held(bench) == before
 
 
@@ -194,7 +194,7 @@ def test_another_sensor_in_the_place_of_one_is_not_touched(
     rig_of(bench).connect(1)
     before = held(bench)
 
-    wrong = procedure(bench, record, tmp_path).back()
+    wrong = procedure(bench, record, tmp_path).back(one_by_one=False)
 
     assert wrong == ["serial 1000 is expected as node-ID 127 at 250 kbit/s, but serial 5 is there"]
     assert held(bench) == before
