@@ -17,7 +17,7 @@ from conformance.bench.given_back.as_found import AsFound
 from conformance.bench.given_back.journal import NAME as JOURNAL
 from conformance.bench.given_back.journal import Found, Journal
 from conformance.bench.overriding import overridden
-from conformance.bench.services.identity import read_identity
+from conformance.bench.services.identity import read_identity, told_serial
 from conformance.bench.session import Bench
 from conformance.comparing.baseline import load_baseline
 from conformance.effects import WEARING, Effect, Need
@@ -161,7 +161,8 @@ class Run:
             self._as_found = AsFound.look(self._bench, self._keep_found, restarts=restarts)
         except NodeTimeout:
             self._as_found = None  # a node that fails so early will fail its items
-        self.results.device["identity"] = read_identity(self._bench.node())
+        identity = self.results.device["identity"] = read_identity(self._bench.node())
+        self.results.device["serial_told"] = told_serial(self.spec, identity)
         if self.definition.markers is not None:
             held = {} if self._as_found is None else self._as_found.found.held
             require_not_held(self.definition.markers, self.spec, held)

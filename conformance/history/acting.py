@@ -9,7 +9,7 @@ from pathlib import Path
 from conformance.errors import BenchError, SpecError
 from conformance.history import asking, pages, series
 from conformance.history.database import Database
-from conformance.history.keeping import enter, keep_lot, place_unit, serial_of
+from conformance.history.keeping import enter, keep_lot, numbers_of, place_unit
 from conformance.history.lot import Lot
 from conformance.report.console import console
 from conformance.report.printable import printable
@@ -62,8 +62,9 @@ class Entering:
             for place, folders in runs.items():
                 for record in map(read_record, folders):
                     enter(database, record)
-                    if serial := serial_of(record):
-                        place_unit(database, lot.name, place, record.device.spec, serial)
+                    label, told = numbers_of(record)
+                    if label or told:
+                        place_unit(database, lot.name, place, record.device.spec, label, told)
             console.say(f"history: {database.name}")
 
     def series(self, name: str) -> list[str]:
@@ -111,7 +112,7 @@ def show(url: str, serial: str, lot: str, export: Path | None) -> None:
         BenchError: The database fails.
     """
     with closing(Database(url, create=False)) as database, database.reading() as connection:
-        condition = asking.of_serial(printable(serial)) if serial else None
+        condition = asking.of_serial(serial) if serial else None
         if lot:
             known = asking.lot_named(connection, printable(lot))
             if known is None:
@@ -124,6 +125,7 @@ def show(url: str, serial: str, lot: str, export: Path | None) -> None:
                 raise SpecError(
                     f"SERIAL: expected the serial number of a unit in {database.name}, got {serial!r}"
                 )
+            pages.print_names(found, console)
             pages.print_runs(found, asking.deviations_where(connection, condition), console)
         else:
             pages.print_overview(

@@ -9,6 +9,7 @@ from typing import Any, Final
 from sqlalchemy import ColumnElement, Connection, Row, case, func, select
 
 from conformance.history.schema import deviations, lots, places, runs, units
+from conformance.history.units import called
 
 MOST_LOTS: Final = 20
 MOST_DEVIATIONS: Final = 10
@@ -114,8 +115,8 @@ def units_of(connection: Connection, lot: int) -> list[LotUnit]:
 
 
 def of_serial(serial: str) -> ColumnElement[bool]:
-    """Return the condition that a run is of a unit with a serial number."""
-    return runs.c.unit_id.in_(select(units.c.id).where(units.c.serial == serial))
+    """Return the condition that a run is of a unit with a serial number, on its label or told by its node."""
+    return runs.c.unit_id.in_(called(serial))
 
 
 def of_lot(lot: int) -> ColumnElement[bool]:

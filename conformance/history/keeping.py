@@ -16,12 +16,13 @@ import re
 from dataclasses import asdict
 from typing import Final
 
-from sqlalchemy import Connection, insert, select, update
+from sqlalchemy import insert, select, update
 
 from conformance.errors import SpecError
 from conformance.history.database import Database
 from conformance.history.lot import Lot
-from conformance.history.schema import deviations, lots, places, runs, units
+from conformance.history.schema import deviations, lots, places, runs
+from conformance.history.units import unit_of
 from conformance.report.printable import printable
 from conformance.report.record import Record
 
@@ -39,15 +40,15 @@ def enter(database: Database, record: Record) -> bool:
     Raises:
         BenchError: The database fails.
     """
-    serial = serial_of(record)
+    label, told = numbers_of(record)
     with database.writing() as connection:
-        unit = _unit(database, connection, record.device.spec, serial) if serial else None
-        values = _run(record) | {"unit_id": unit}
-        if not database.insert_missing(connection, runs, values, "sha256"):
+        if not database.insert_missing(connection, runs, _run(record), "sha256"):
             return False
-        number = connection.execute(
-            select(runs.c.id).where(runs.c.sha256 == record.sha256)
-        ).scalar_one()
+        unit = unit_of(database, connection, record.device.spec, label, told)
+        this = runs.c.sha256 == record.sha256
+        names = {"unit_id": unit, "label": printable(label), "told": told}
+        connection.execute(update(runs).where(this).values(names))
+        number = connection.execute(select(runs.c.id).where(this)).scalar_one()
         if found := _deviations(record, number):
             connection.execute(insert(deviations), found)
     return True
@@ -69,7 +70,9 @@ def keep_lot(database: Database, lot: Lot) -> None:
             connection.execute(update(lots).where(lots.c.name == values["name"]).values(values))
 
 
-def place_unit(database: Database, lot: str, place: int, device: str, serial: str) -> None:
+def place_unit(
+    database: Database, lot: str, place: int, device: str, label: str, told: str = ""
+) -> None:
     """Keep which unit stands at a place of a lot.
 
     Args:
@@ -77,7 +80,8 @@ def place_unit(database: Database, lot: str, place: int, device: str, serial: st
         lot: Its name.
         place: From 1.
         device: Name of the unit's spec.
-        serial: The unit's serial number.
+        label: The unit's serial number, as a person read it; empty without one.
+        told: The same as its node tells it; empty if it does not.
 
     Raises:
         SpecError: There is no such lot.
@@ -89,18 +93,22 @@ def place_unit(database: Database, lot: str, place: int, device: str, serial: st
         ).scalar_one_or_none()
         if number is None:
             raise SpecError(f"{database.name}: expected the lot {lot!r}, got none of that name")
-        unit = _unit(database, connection, device, serial)
+        unit = unit_of(database, connection, device, label, told)
+        assert unit is not None  # it goes by one of the two
         values = {"lot_id": number, "place": place, "unit_id": unit}
         if not database.insert_missing(connection, places, values, "lot_id", "place"):
             there = (places.c.lot_id == number) & (places.c.place == place)
             connection.execute(update(places).where(there).values(unit_id=unit))
 
 
-def serial_of(record: Record) -> str:
-    """Return a unit's serial number: what the user said, else what the node did; empty without any."""
-    told = record.device.identity.get(_SERIAL_NUMBER, "")
-    number = int.from_bytes(bytes.fromhex(told), "little") if _NUMBER.fullmatch(told) else 0
-    return record.device.serial or (str(number) if number else "")
+def numbers_of(record: Record) -> tuple[str, str]:
+    """Return a unit's serial number as a person read it and as the node told it; empty where one did not."""
+    told = record.device.serial_told
+    if told is None:  # a record of an older version
+        text = record.device.identity.get(_SERIAL_NUMBER, "")
+        number = int.from_bytes(bytes.fromhex(text), "little") if _NUMBER.fullmatch(text) else 0
+        told = str(number)
+    return record.device.serial.strip(), "" if told == "0" else printable(told)
 
 
 def verdict_of(record: Record) -> str:
@@ -108,14 +116,6 @@ def verdict_of(record: Record) -> str:
     if any(map(record.deviates, record.items)):
         return "deviates"
     return "conforms" if record.summary.verdict == "conforms" else "inconclusive"
-
-
-def _unit(database: Database, connection: Connection, device: str, serial: str) -> int:
-    values = {"device": printable(device), "serial": printable(serial)}
-    database.insert_missing(connection, units, values, "device", "serial")
-    same = (units.c.device == values["device"]) & (units.c.serial == values["serial"])
-    number: int = connection.execute(select(units.c.id).where(same)).scalar_one()
-    return number
 
 
 def _run(record: Record) -> dict[str, str | int | bool]:

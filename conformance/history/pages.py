@@ -16,6 +16,8 @@ from conformance.report.console import Terminal
 COLUMNS: Final = (
     "device",
     "serial",
+    "label",
+    "told",
     "variant",
     "started",
     "verdict",
@@ -97,6 +99,17 @@ def print_lot(lot: Row[Any], units: Sequence[LotUnit], terminal: Terminal) -> No
         )
 
 
+def print_names(found: Sequence[Row[Any]], terminal: Terminal) -> None:
+    """Print by which other numbers the units of some runs go, if by any."""
+    for unit in dict.fromkeys((it.device, it.serial) for it in found):
+        own = [it for it in found if (it.device, it.serial) == unit]
+        labels = dict.fromkeys(it.label for it in own if it.label not in ("", it.serial))
+        told = dict.fromkeys(it.told for it in own if it.told not in ("", it.serial))
+        for words, names in (("labelled as", labels), ("whose node tells", told)):
+            if names:
+                terminal.say(f"{unit[0]} {unit[1]}, {words} {', '.join(names)}")
+
+
 def print_runs(
     found: Sequence[Row[Any]], deviating: Mapping[int, Sequence[str]], terminal: Terminal
 ) -> None:
@@ -104,6 +117,7 @@ def print_runs(
     heads = (
         "no.",
         "device",
+        "serial",
         "variant",
         "started",
         "verdict",
@@ -120,6 +134,7 @@ def print_runs(
             _texts(
                 number,
                 it.device,
+                it.serial,
                 it.variant,
                 it.started,
                 it.verdict,

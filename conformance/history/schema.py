@@ -29,8 +29,16 @@ from sqlalchemy import (
 
 from conformance.errors import SpecError
 
-VERSION: Final = 2
-STEPS: Final[Mapping[int, Sequence[str]]] = {1: ()}
+VERSION: Final = 3
+STEPS: Final[Mapping[int, Sequence[str]]] = {
+    1: (),
+    2: (
+        "alter table runs add column label varchar not null default ''",
+        "alter table runs add column told varchar not null default ''",
+        "create index runs_by_label on runs (label)",
+        "create index runs_by_told on runs (told)",
+    ),
+}
 """Version to the statements that make the next one of it, in the SQL of both databases.
 
 Tables that are new need none.
@@ -92,8 +100,12 @@ runs = Table(
     Column("bench", String, nullable=False),
     Column("simulated", Boolean, nullable=False),
     Column("path", String, nullable=False),
+    Column("label", String, nullable=False, server_default=""),
+    Column("told", String, nullable=False, server_default=""),
     Index("runs_by_unit", "unit_id", "started"),
     Index("runs_by_device", "device", "verdict", "started"),
+    Index("runs_by_label", "label"),
+    Index("runs_by_told", "told"),
 )
 
 deviations = Table(

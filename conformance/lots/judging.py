@@ -18,8 +18,7 @@ from conformance.report.report_page import NAME as PAGE
 from conformance.report.results import Item
 from conformance.run import Run
 from conformance.spec.load import load_spec
-from conformance.spec.model import DeviceSpec, Entry
-from conformance.wire.datatypes import DataType
+from conformance.spec.model import DeviceSpec
 
 WORDS: Final[tuple[Word, Word, Word]] = ("conforming", "nonconforming", "undecided")
 """What a unit is, by the exit code of its run."""
@@ -138,7 +137,7 @@ class Judging:
     def _came_to(self, unit: int, run: Run, name: str, told: Container[str]) -> Try:
         """Return what a run came to."""
         results = run.results
-        serial = self._serial(results.device.get("identity"))
+        serial = str(results.device.get("serial_told", ""))
         word = WORDS[results.exit_code]
         reason = _reason(run) if word == "undecided" else ""
         other = ""
@@ -166,25 +165,6 @@ class Judging:
             wall_s=wall_s if isinstance(wall_s, float) else 0.0,
             numbers=[it for item in results.items for it in _numbers(item)],
         )
-
-    def _serial(self, identity: Any) -> str:
-        """Return the serial number that the node told, empty if it told none."""
-        for entry in self.spec.by_kind("identity"):
-            told = identity.get(entry.address) if isinstance(identity, dict) else None
-            if entry.follows == "serial-number" and told and (shown := _number(entry, told)):
-                return shown
-        return ""
-
-
-def _number(entry: Entry, told: str) -> str:
-    """Return a serial number as a user writes it; empty where the node told no number."""
-    if entry.type is DataType.VISIBLE_STRING:
-        text = told.strip(" \0")
-        return str(int(text)) if text.isascii() and text.isdecimal() else ""
-    try:
-        return str(int.from_bytes(bytes.fromhex(told), "little"))
-    except ValueError:  # what the node answered instead
-        return ""
 
 
 def _reason(run: Run) -> str:

@@ -65,6 +65,7 @@ class Device(_Part):
     variant: str = ""
     node_id: int
     serial: str = ""
+    serial_told: str | None = None
     manual: str = ""
     identity: Mapping[str, str] = {}
 

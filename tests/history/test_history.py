@@ -154,20 +154,6 @@ def test_a_station_has_the_file_to_itself_before_it_looks(tmp_path: Path) -> Non
             other.execute("begin immediate")
 
 
-def test_a_history_of_the_first_version_gets_a_table_for_series(url: str, tmp_path: Path) -> None:
-    with closing(Database(url, create=True)) as database:
-        enter(database, _record(tmp_path / "a"))
-        with database.writing() as connection:
-            connection.execute(text("drop table concluded"))
-            connection.execute(update(schema.versions).values(version=1))
-
-    with closing(Database(url, create=False)) as database:
-        series.note(database, "ims360", "lot 1", "{}")
-        assert series.lots_of(database, "ims360") == ["{}"]
-        with database.reading() as connection:
-            assert len(list(asking.runs_where(connection))) == 1
-
-
 def test_an_older_history_is_brought_up_to_date(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
     Database(url, create=True).close()
     now = schema.VERSION
