@@ -68,6 +68,7 @@ def judge(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Judge:
         lateness: Lateness,
         interface: str = TELLS,
         factor: float = 1.0,
+        jitter_ms: float = 0.0,
         adapter: type[LateAdapter] = LateAdapter,
         progress: Callable[[Item], None] | None = None,
     ) -> dict[str, Any]:
@@ -86,7 +87,7 @@ def judge(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Judge:
         monkeypatch.setattr(can, "Bus", opened)
         text = resources.find("fixtures/benches", "simulator", "--bench").read_text("utf-8")
         bench = tmp_path / "bench.yaml"
-        own = f"channel: {DEVICE}\ntimestamp_jitter_ms: 0\n"
+        own = f"channel: {DEVICE}\ntimestamp_jitter_ms: {jitter_ms}\n"
         bench.write_text(text.replace("canopen_simulator", interface) + own, encoding="utf-8")
         options = RunOptions(DEVICE, bench=str(bench), report_dir=tmp_path / "r", select=ITEM)
         made = Run(options, progress)
@@ -126,6 +127,26 @@ def test_what_is_late_always_stays_open_after_three_tries(judge: Judge) -> None:
     assert item["verdict"] == "inconclusive"
     assert item["reason"].endswith("than this bench can tell, at each of 3 tries")
     assert item["tried"].count("19 ms at try ") == 3
+
+
+def test_timestamps_of_others_may_be_late_as_well(judge: Judge) -> None:
+    item = judge(never, "socketcan", jitter_ms=8.0)
+
+    assert item["reason"].endswith("at each of 3 tries")
+    assert item["tried"].startswith("timestamps were late by up to 8 ms at try 1")
+
+
+def test_what_would_wear_the_memory_out_is_not_tried_again(
+    judge: Judge, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    worn = iter(["", "so many writes were made"])
+    monkeypatch.setattr(Run, "wears_out", lambda *_: next(worn))
+
+    item = judge(once)
+
+    assert item["verdict"] == "inconclusive"
+    assert item["reason"].endswith("nearer to the limit than this bench can tell")
+    assert item["tried"].count(" at try ") == 1
 
 
 def test_what_is_in_time_is_tried_once(judge: Judge) -> None:
