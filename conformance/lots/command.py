@@ -12,9 +12,9 @@ from typing import Annotated, Any, Final
 import typer
 
 from conformance.errors import BenchError, SpecError
-from conformance.history import lot as history_lot
 from conformance.history.command import DatabaseOption, prepared
 from conformance.lots.declaring import asked_for, declare
+from conformance.lots.for_history import for_history
 from conformance.lots.inspection import (
     NAME,
     Inspection,
@@ -104,32 +104,10 @@ def inspect(
     finally:
         verdict = work.finish()
     if entering is not None:
-        entering.lot(*_for_history(read, inspection, folder, verdict.word))
+        entering.lot(*for_history(read, inspection, folder, verdict.word))
     if verdict.word == "not decided":
         raise BenchError("the lot is not decided yet: inspect it again to go on")
     raise typer.Exit(verdict.exit_code)
-
-
-def _for_history(
-    lot: Lot, inspection: Inspection, folder: Path, word: str
-) -> tuple[history_lot.Lot, dict[int, list[Path]]]:
-    """Return a lot as the history has it, and the folders of its runs by the unit's place."""
-    content = lot.content
-    known = history_lot.Lot(
-        name=lot.path.stem,
-        part=content.part,
-        order=content.order,
-        size=content.units,
-        plan=inspection.plan.words,
-        verdict=word,
-        decided="" if word == "not decided" else datetime.now(UTC).isoformat(timespec="seconds"),
-    )
-    places = {name: place for place, name in enumerate(content.names, 1)}
-    runs = {
-        places[unit.unit]: [folder / tried.folder for tried in unit.tries if not tried.other]
-        for unit in inspection.units
-    }
-    return known, runs
 
 
 def _begin(lot: Lot, series: KeptSeries | None) -> Inspection:

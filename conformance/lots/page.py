@@ -11,6 +11,7 @@ from conformance.report.pages import render
 from conformance.report.printable import printable
 
 STYLES = {"accepted": "bold green", "not accepted": "bold red", "not decided": "bold yellow"}
+MOST_OF_A_REASON = 1000
 MOST_ROWS = 10
 """Rows that the terminal shows of a statistic; the page and `lot.json` have all."""
 
@@ -53,7 +54,7 @@ def _why(tried: Try) -> str:
 def declarations(unit: Unit) -> list[str]:
     """Return what people said of a unit, a sentence each."""
     return [
-        f"declared nonconforming by {printable(it.by)}, {it.when}: {printable(it.reason)}"
+        f"declared nonconforming by {printable(it.by)}, {it.when}: {printable(it.reason, MOST_OF_A_REASON)}"
         f" ({'not measured' if it is unit.declared_so else 'a run has decided since'})"
         for it in unit.declared
     ]

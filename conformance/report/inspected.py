@@ -13,6 +13,8 @@ from conformance.errors import Problem, SpecError
 from conformance.report.printable import printable
 
 NAME = "lot.json"
+MOST_OF_A_REASON = 600
+"""Characters that are shown of it."""
 
 
 class _Part(BaseModel):
@@ -115,5 +117,5 @@ def _sentence(unit: _Unit, what: str) -> str:
     runs = f"{tried} run{'' if tried == 1 else 's'} of it decided nothing" if tried else "no run"
     return (
         f"{what} {unit.unit}: declared nonconforming by {printable(last.by)}, {printable(last.when)}: "
-        f"{printable(last.reason)} (not measured; {runs})."
+        f"{printable(last.reason, MOST_OF_A_REASON)} (not measured; {runs})."
     )
