@@ -55,6 +55,14 @@ class BenchLacks(SetupRefused):
     """The bench has not what a check turned out to need: it is skipped."""
 
 
+class NotAlone(ConformanceError):  # noqa: N818 - a state of the bench, not a fault of anyone
+    """A step of a check would touch other units that are on the bus: it is skipped."""
+
+
+class NotNow(ConformanceError):  # noqa: N818 - likewise
+    """A step of a check would touch other units while they are being judged: it has to wait."""
+
+
 def first_line(error: Exception) -> str:
     """Return what an error of a library says, in a line; its kind where it says nothing."""
     return next(iter(str(error).strip().splitlines()), type(error).__name__)

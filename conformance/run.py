@@ -83,7 +83,7 @@ class Run:
         today = date.today()  # noqa: DTZ011 - a baseline expires by the calendar on the wall
         known = options.baseline
         self._baseline = None if known is None else load_baseline(known, today)
-        self._simulation = simulation(options, self.definition, self.spec)
+        self.simulation = simulation(options, self.definition, self.spec)
         if self.definition.markers is not None:
             require_free(self.definition.markers, self.spec)
         self.results = Results(
@@ -151,8 +151,9 @@ class Run:
         self._started = time.monotonic()
         self._save()
         self._bench = Bench.open(
-            self.definition, self.spec, self._simulation, self.directory / "trace.log"
+            self.definition, self.spec, self.simulation, self.directory / "trace.log"
         )
+        self._respect_others(self._bench)
         self._started_s = self._item_started_s = self._bench.link.now()
         self.results.run["started"] = datetime.now(UTC).isoformat(timespec="seconds")
         self._bench.find_node()
@@ -169,6 +170,9 @@ class Run:
             self._markers = Markers(self._bench.link, self.definition.markers)
             self.results.run["markers"] = self.definition.markers
         return self._bench
+
+    def _respect_others(self, bench: Bench) -> None:
+        """Tell a bench of other units on its bus: there are none."""
 
     def _keep_found(self, found: Found, *, given_back: bool = False) -> None:
         """Put what the node held where it outlives this process."""

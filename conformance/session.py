@@ -11,7 +11,15 @@ import pytest
 from conformance.bench.node.interrupts import interruptible
 from conformance.checks import BENCH, LATE_MS, PASSED, VERDICT
 from conformance.effects import Effect
-from conformance.errors import BenchError, BenchLacks, NodeTimeout, SetupRefused, SpecError
+from conformance.errors import (
+    BenchError,
+    BenchLacks,
+    NodeTimeout,
+    NotAlone,
+    NotNow,
+    SetupRefused,
+    SpecError,
+)
 from conformance.judged import item_id
 from conformance.options import RunOptions
 from conformance.report.plan import Planned
@@ -88,7 +96,7 @@ class ConformanceSession:
         """Mark what does not apply or is not allowed here."""
         left = []
         for item in list(items):
-            requirement, case = _what(item)
+            requirement, case = what(item)
             if requirement is None or case is None:
                 continue
             if not self._run.selects(requirement, case):
@@ -117,7 +125,7 @@ class ConformanceSession:
             return (yield)
         self._signals.enter_context(interruptible())
         try:
-            count = sum(_what(item)[0] is not None for item in session.items)
+            count = sum(what(item)[0] is not None for item in session.items)
             self._config.stash[BENCH] = self._run.open(count, self._effects(session.items))
         except (BenchError, SpecError) as error:
             self._run.abort(str(error))
@@ -129,7 +137,7 @@ class ConformanceSession:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
         """Note where the item begins on the bus; skip it where it would wear the memory out too much."""
-        requirement, case = _what(item)
+        requirement, case = what(item)
         if requirement is None or case is None or item.get_closest_marker("skip"):
             self._run.begin_item(runs=False)
             return
@@ -143,7 +151,7 @@ class ConformanceSession:
         """Conclude the verdict when the check's function has ended."""
         self._run.begin_check()
         result = yield
-        if _what(pyfuncitem)[0] is None:
+        if what(pyfuncitem)[0] is None:
             return result
         pyfuncitem.stash.get(VERDICT, Verdict()).conclude()
         return result
@@ -155,7 +163,7 @@ class ConformanceSession:
         """Turn what happened into a verdict, and stop the run when the rig or the node is gone."""
         report = yield
         error = call.excinfo.value if call.excinfo else None
-        requirement, case = _what(item)
+        requirement, case = what(item)
         if requirement is None or case is None:
             return report
         if call.when == "call":
@@ -183,7 +191,7 @@ class ConformanceSession:
         """Return what those of some items may do to the node that are not skipped."""
         effects: set[Effect] = set()
         for item in items:
-            requirement, case = _what(item)
+            requirement, case = what(item)
             if requirement is not None and case is not None and not item.get_closest_marker("skip"):
                 effects.update(requirement.effects, case.effects)
                 if self._run.definition.allows(case.at_need):
@@ -212,9 +220,9 @@ class ConformanceSession:
                 word, reason = "not_applicable", "the manual documents none"
             case pytest.skip.Exception():
                 word, reason = "skipped", str(error.msg)
-            case BenchLacks():
+            case BenchLacks() | NotAlone():
                 word, reason = "skipped", str(error)
-            case SetupRefused() | NodeTimeout() | BenchError() | Unresolved():
+            case SetupRefused() | NodeTimeout() | BenchError() | Unresolved() | NotNow():
                 reason = str(error)
             case EmptyCheckError():
                 reason = f"defect of the suite: {error}"
@@ -256,7 +264,8 @@ class ConformanceSession:
             self._run.abort("interrupted by the user")
 
 
-def _what(item: pytest.Item) -> tuple[Requirement | None, Case | None]:
+def what(item: pytest.Item) -> tuple[Requirement | None, Case | None]:
+    """Return what an item is about."""
     requirement = getattr(getattr(item, "function", None), "requirement", None)
     callspec = getattr(item, "callspec", None)
     return requirement, callspec.params.get("_case") if callspec else None

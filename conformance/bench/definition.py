@@ -37,6 +37,10 @@ MOST_WRITES = 500
 """More than a whole run of any device in this package takes, and little beside what its memory endures."""
 
 
+_SHARED = ("socketcan", "socketcand")
+"""Interfaces of which several processes can have a channel open, each seeing what the others send."""
+
+
 class BenchDefinition(BaseModel):
     """A bench file.
 
@@ -135,6 +139,13 @@ class BenchDefinition(BaseModel):
     def sets_bitrate(self) -> bool:
         """The bit rate is that of our adapter, not of an interface that others set up."""
         return self.interface not in _SET_UP_BY_OTHERS
+
+    @property
+    def shared(self) -> bool:
+        """Several processes can be on its bus at once."""
+        if self.simulated:
+            return self.options in ({}, {"clock": "virtual"})
+        return self.interface in _SHARED
 
     def allows(self, effects: Iterable[Effect]) -> bool:
         """Tell whether checks may have some effects on the device."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterator
-from dataclasses import asdict
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -13,6 +14,7 @@ import typer
 
 from conformance.errors import BenchError, SpecError
 from conformance.history.command import DatabaseOption, prepared
+from conformance.lots.company import Task
 from conformance.lots.declaring import asked_for, declare
 from conformance.lots.for_history import for_history
 from conformance.lots.inspection import (
@@ -20,6 +22,7 @@ from conformance.lots.inspection import (
     Inspection,
     Running,
     Sampling,
+    Try,
     Unit,
     draw,
     load_inspection,
@@ -31,6 +34,7 @@ from conformance.lots.page import print_plan, print_summary, say_try, to_html
 from conformance.lots.plans import plan_of, whole_lot
 from conformance.lots.series import concluded, scheme_for
 from conformance.lots.statistics import Statistics, statistics_of
+from conformance.lots.together import Together
 from conformance.lots.verdict import LotVerdict, decide
 from conformance.numbers import node_ids
 from conformance.report.console import console
@@ -183,16 +187,15 @@ class _Work:
         asked = {it.unit for it in again}
         waiting = [it for it in self._waiting() if it.unit not in asked]
         self._inspection.keep(self._folder)
-        for group in self._groups([*again, *waiting]):
-            if not self._connect([(unit, node_id) for unit, node_id in group]):
-                return
-            for unit, node_id in group:
-                self._judge(unit, node_id)
-                for _ in range(self._lot.content.retests):
-                    if unit.verdict != "undecided" or unit.tries[-1].other:
-                        break
-                    self._judge(unit, node_id)
-                self._look_at_bench(unit)
+        with ExitStack() as stack:
+            together = None
+            if len(self._node_ids) > 1 and self._judging.bench.shared:
+                together = Together(self._judging, len(self._node_ids))
+                stack.callback(together.close)
+            for group in self._groups([*again, *waiting]):
+                if not self._connect(group):
+                    return
+                self._judge_group(group, together if len(group) > 1 else None)
 
     def make_folder(self) -> None:
         """Make the folder of the inspection.
@@ -253,16 +256,16 @@ class _Work:
         return verdict, numbers
 
     def _tell_broken_off(self) -> None:
-        """Tell of a run that was killed; it is run again, in another folder."""
-        broken = self._inspection.running
-        if broken is None:
-            return
-        folder = self._folder / broken.folder
-        self._inspection.running = None
-        text = f"the run of unit {broken.unit} was broken off, and is run again"
-        if not self._judging.bench.simulated:
-            text += f"; if that sensor is still connected: canopen-conformance recover {folder}"
-        console.warn(text)
+        """Tell of runs that were killed; they are run again, in other folders."""
+        broken, self._inspection.running = self._inspection.running, []
+        for run in broken:
+            text = f"the run of unit {run.unit} was broken off, and is run again"
+            if not self._judging.bench.simulated:
+                text += (
+                    "; if that sensor is still connected: canopen-conformance recover "
+                    f"{self._folder / run.folder}"
+                )
+            console.warn(text)
 
     def _groups(self, units: list[Unit]) -> Iterator[list[tuple[Unit, int | None]]]:
         """Return the units that are on the bus together, each with its node-ID."""
@@ -284,18 +287,60 @@ class _Work:
         except EOFError as error:
             raise BenchError("nobody is there to connect the units") from error
 
-    def _judge(self, unit: Unit, node_id: int | None) -> None:
-        nth = sum(bool(it.tries) for it in self._inspection.units) + (not unit.tries)
+    def _judge_group(self, group: list[tuple[Unit, int | None]], together: Together | None) -> None:
+        """Judge units that are on the bus, and those once more that could not be decided."""
+        tasks = {
+            unit.unit: self._task(unit, node_id, [it for _, it in group if it != node_id])
+            for unit, node_id in group
+        }
+        if together is None:
+            for unit, _ in group:
+                self._judge(unit, tasks[unit.unit])
+                self._judge_again(unit, tasks[unit.unit])
+            return
+        self._begin([*tasks.values()])
+        units = {unit.unit: unit for unit, _ in group}
+        for task, tried in together.judge([*tasks.values()]):
+            self._done(units[task.unit], tried)
+        for unit, _ in group:
+            self._judge_again(unit, tasks[unit.unit])
+
+    def _judge_again(self, unit: Unit, task: Task) -> None:
+        """Judge a unit again that could not be decided, as often as the lot file says."""
+        for _ in range(self._lot.content.retests):
+            if unit.verdict != "undecided" or unit.tries[-1].other:
+                break
+            self._judge(unit, replace(task, name=self._name(unit)))
+        self._look_at_bench(unit)
+
+    def _judge(self, unit: Unit, task: Task) -> None:
+        self._begin([task])
+        self._done(unit, self._judging.judge(task))
+
+    def _task(self, unit: Unit, node_id: int | None, others: Sequence[int | None]) -> Task:
+        ids = tuple(it for it in others if it is not None)
+        return Task(unit.unit, node_id, self._folder, self._name(unit), ids)
+
+    def _name(self, unit: Unit) -> str:
+        """Return a name for the folder of a unit's next run."""
         name = f"units/{unit.unit}-{len(unit.tries) + 1}"
         while (self._folder / name).exists():  # of a run that was killed
             name += "-again"
-        self._inspection.running = Running(unit=unit.unit, folder=name)
+        return name
+
+    def _begin(self, tasks: Sequence[Task]) -> None:
+        self._inspection.running = [Running(unit=it.unit, folder=it.name) for it in tasks]
         self._inspection.keep(self._folder)
-        told = {tried.serial for it in self._others(unit) for tried in it.tries}
-        unit.tries.append(self._judging.judge(unit.unit, node_id, self._folder, name, told))
-        self._inspection.running = None
-        self._inspection.keep(self._folder)
-        say_try(nth, self._inspection, unit, console)
+
+    def _done(self, unit: Unit, tried: Try) -> None:
+        """Keep what a run came to, and tell it."""
+        inspection = self._inspection
+        nth = sum(bool(it.tries) for it in inspection.units) + (not unit.tries)
+        tried.doubt_twice({it.serial for other in self._others(unit) for it in other.tries})
+        unit.tries.append(tried)
+        inspection.running = [it for it in inspection.running if it.unit != unit.unit]
+        inspection.keep(self._folder)
+        say_try(nth, inspection, unit, console)
 
     def _others(self, unit: Unit) -> list[Unit]:
         return [it for it in self._inspection.units if it is not unit]

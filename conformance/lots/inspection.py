@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+from collections.abc import Container
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, TypeAlias
 
@@ -75,6 +76,16 @@ class Try(_Part):
     wall_s: float = 0.0
     report: bool = False
     numbers: list[Numbers] = []
+
+    def doubt_twice(self, told: Container[str]) -> None:
+        """Decide nothing of a sensor that was judged as another unit already.
+
+        Args:
+            told: Serial numbers of other units.
+        """
+        if not self.other and self.serial not in ("", "0") and self.serial in told:
+            self.verdict, self.other = "undecided", True
+            self.reason = f"the sensor on the bus is {self.serial}, as that of another unit was"
 
 
 class Declared(_Part):
@@ -166,8 +177,8 @@ class Inspection(_Part):
         plan: How many units are drawn.
         seed: Of the drawing.
         units: Those drawn, in the order in which they are judged.
+        running: The runs that have begun and not ended.
         concluded: It was decided once, whatever was judged again since.
-        running: The run that has begun and not ended; None when none has.
     """
 
     format: Literal[1] = 1
@@ -176,8 +187,8 @@ class Inspection(_Part):
     plan: Sampling
     seed: int
     units: list[Unit]
+    running: list[Running] = []
     concluded: bool = False
-    running: Running | None = None
 
     def count(self, word: Word | None) -> int:
         """Return how many of the units drawn have a verdict; None for those not judged."""

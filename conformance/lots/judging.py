@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Container
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -11,6 +11,7 @@ from typing import Any, Final
 from conformance import resources, runner
 from conformance.bench.definition import BenchDefinition, load_bench
 from conformance.errors import SpecError
+from conformance.lots.company import Company, Task, UnitRun
 from conformance.lots.inspection import Numbers, Try, Word
 from conformance.lots.lot_file import Lot
 from conformance.options import RunOptions
@@ -24,20 +25,6 @@ WORDS: Final[tuple[Word, Word, Word]] = ("conforming", "nonconforming", "undecid
 """What a unit is, by the exit code of its run."""
 
 INTERRUPTED: Final = "interrupted by the user"
-
-
-class UnitRun(Run):
-    """A run of one unit.
-
-    Args:
-        options: As of a run.
-        serial: Number that the simulated device tells; None on another bench.
-    """
-
-    def __init__(self, options: RunOptions, serial: int | None) -> None:
-        super().__init__(options)
-        if serial is not None:
-            self._simulation = {**self._simulation, "serial_number": serial}
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,52 +59,54 @@ class Judging:
             )
         judging = cls(lot, bench, spec)
         for unit in (content.names[0], *simulation.faults):
-            judging.run(unit, bench.node_id, Path())  # what is wrong is told before anything begins
+            judging.run(Task(unit, bench.node_id))  # what is wrong is told before anything begins
         return judging
 
-    def run(self, unit: int, node_id: int | None, folder: Path) -> UnitRun:
+    def run(
+        self, task: Task, bus: Mapping[str, Any] | None = None, *, judged: bool = False
+    ) -> UnitRun:
         """Return the run of a unit, not yet begun.
 
         Args:
-            unit: By serial number or place.
-            node_id: At which it is; None for that of the bench.
-            folder: For its record.
+            task: The unit.
+            bus: Arguments of the simulated bus, where it is another process'; None elsewhere.
+            judged: The other units on the bus are judged at the same time.
         """
-        content = self.lot.content
+        content, unit = self.lot.content, task.unit
         faults = content.simulation.faults.get(unit, [])
         options = RunOptions(
             device=self.lot.beside(content.device),
             variant=content.variant,
             bench=self.lot.beside(content.bench),
-            node_id=node_id,
+            node_id=task.node_id,
             serial=str(unit) if content.serials else "",
             faults=tuple(self.lot.beside(it) if "=" not in it else it for it in faults),
             select=content.select,
             strict=content.strict,
-            report_dir=folder,
+            report_dir=task.folder / task.name,
         )
         told = content.simulation.serials.get(unit, unit) if self.bench.simulated else None
-        return UnitRun(options, told)
+        return UnitRun(options, told, bus, task.others, judged=judged)
 
     def judge(
-        self, unit: int, node_id: int | None, folder: Path, name: str, told: Container[str] = ()
+        self,
+        task: Task,
+        bus: Mapping[str, Any] | None = None,
+        turn: Callable[[], None] | None = None,
     ) -> Try:
         """Judge a unit and return what its run came to.
 
         Args:
-            unit: By serial number or place.
-            node_id: At which it is; None for that of the bench.
-            folder: Of the inspection.
-            name: Of the record's folder, below that one; not there yet.
-            told: Serial numbers of units judged before.
+            task: The unit.
+            bus: As of `run`.
+            turn: Waits until no other unit of the bus is being judged; None where none is.
 
         Raises:
             SpecError: No item is selected.
             KeyboardInterrupt: The user ended the run.
         """
-        record = folder / name
-        run = self.run(unit, node_id, record)
-        errors = runner.play(run)
+        run = self.run(task, bus, judged=turn is not None)
+        errors = runner.play(run, *([Company(run, turn)] if turn else []))
         if run.results.aborted == INTERRUPTED:
             raise KeyboardInterrupt
         if run.opened:
@@ -129,30 +118,27 @@ class Judging:
                     f"got {self.lot.content.select!r}"
                 )
             raise RuntimeError("\n".join(errors) or "the checks did not start")
-        made = self._came_to(unit, run, name, told)
+        made = self._came_to(task, run)
         del run
         gc.collect()  # a run's items hang on each other, and garbage is seldom looked for
         return made
 
-    def _came_to(self, unit: int, run: Run, name: str, told: Container[str]) -> Try:
+    def _came_to(self, task: Task, run: Run) -> Try:
         """Return what a run came to."""
         results = run.results
         serial = str(results.device.get("serial_told", ""))
         word = WORDS[results.exit_code]
         reason = _reason(run) if word == "undecided" else ""
         other = ""
-        if self.lot.content.serials and serial not in ("", str(unit)):
-            other = f"the sensor on the bus is {serial}, not {unit}"
-        elif serial not in ("", "0") and serial in told:
-            other = f"the sensor on the bus is {serial}, as that of another unit was"
-        if other:
+        if self.lot.content.serials and serial not in ("", str(task.unit)):
+            other = f"the sensor on the bus is {serial}, not {task.unit}"
             word, reason = "undecided", other
         bus_s, wall_s = (
             results.run.get("bus_s", results.run.get("simulated_s")),
             results.run["wall_s"],
         )
         return Try(
-            folder=name,
+            folder=task.name,
             verdict=word,
             reason=reason,
             deviations=[_short(item) for item in results.deviations()],

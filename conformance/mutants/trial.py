@@ -75,7 +75,7 @@ class TrialRun(Run):
         self.made.clear()
         self.results.items.clear()
         self.results.aborted = ""
-        simulation = {**self._simulation, "faults": list(faults)}
+        simulation = {**self.simulation, "faults": list(faults)}
         self._bench = Bench.open(self.definition, self.spec, simulation, None)
         self._bench.find_node()
         return self._bench

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -130,6 +130,12 @@ class Results:
         """Take the last item off and return it."""
         del self._texts[len(self.items) - 1 :]
         return self.items.pop()
+
+    def put_in_order(self, ids: Sequence[str]) -> None:
+        """Put the items into the order of some ids."""
+        places = {it: place for place, it in enumerate(ids)}
+        self.items.sort(key=lambda item: places[item.id])
+        self._texts.clear()
 
     def counts(self) -> dict[str, int]:
         """Return how many items have each verdict."""

@@ -182,16 +182,7 @@ class SimulatorBus(SimulatorRig, can.BusABC):
     def _next_message(self) -> can.Message | None:
         while self._received:
             end_ns, frame, own = self._received.popleft()
-            message = can.Message(
-                timestamp=end_ns / SECOND,
-                arbitration_id=frame.can_id,
-                is_extended_id=frame.extended,
-                is_remote_frame=frame.remote,
-                channel=self.channel,
-                dlc=frame.dlc,
-                data=frame.data,
-                is_rx=not own,
-            )
+            message = to_simulated_message(end_ns, frame, self.channel, own=own)
             if self._filters is None or self._matches_filters(message):
                 return message
         return None
@@ -242,6 +233,27 @@ class SimulatorBus(SimulatorRig, can.BusABC):
             self._shared.note_user()
             yield self._bus
             self._shared.wake_others()
+
+
+def to_simulated_message(end_ns: int, frame: Frame, channel: str, *, own: bool) -> can.Message:
+    """Return a frame of a simulated bus as python-can has it.
+
+    Args:
+        end_ns: Its end, on the bus' clock.
+        frame: The frame.
+        channel: Of the bus.
+        own: The receiver sent it itself.
+    """
+    return can.Message(
+        timestamp=end_ns / SECOND,
+        arbitration_id=frame.can_id,
+        is_extended_id=frame.extended,
+        is_remote_frame=frame.remote,
+        channel=channel,
+        dlc=frame.dlc,
+        data=frame.data,
+        is_rx=not own,
+    )
 
 
 def _earlier(first_ns: int | None, second_ns: int | None) -> int | None:

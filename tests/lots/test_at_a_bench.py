@@ -120,7 +120,7 @@ def test_an_inspection_that_is_ended_in_a_run_goes_on_with_that_unit(
     assert ("interrupted: inspect the lot again" in errors) == (end is signal.SIGINT)
     before = state(lot)
     assert [len(it["tries"]) for it in before["units"]] == [1, 0, 0]
-    assert before["running"] == {"unit": 2, "folder": "units/2-1"}
+    assert before["running"] == [{"unit": 2, "folder": "units/2-1"}]
 
     with inspecting(lot) as second:
         said, errors = second.communicate(timeout=120)

@@ -121,7 +121,7 @@ def test_a_run_that_was_killed_is_run_again_and_nothing_is_lost(inspect: Inspect
     kept = state(first)
     for unit in kept["units"][2:]:
         unit["tries"].clear()
-    kept["running"] = {"unit": 3, "folder": "units/3-1"}
+    kept["running"] = [{"unit": 3, "folder": "units/3-1"}]
     (first.folder / "lot.json").write_text(json.dumps(kept), encoding="ascii")
 
     done = inspect(lot)
@@ -131,7 +131,7 @@ def test_a_run_that_was_killed_is_run_again_and_nothing_is_lost(inspect: Inspect
     assert words == ["conforming", "nonconforming", "conforming", "conforming"]
     assert state(done)["units"][2]["tries"][0]["folder"] == "units/3-1-again"
     assert state(done)["units"][0]["tries"] == kept["units"][0]["tries"]
-    assert state(done)["running"] is None
+    assert state(done)["running"] == []
 
 
 def test_a_unit_that_is_not_the_one_drawn_leaves_the_lot_undecided(inspect: Inspected) -> None:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import can
 
 from conformance.bench.bus.bus_time import BusTime
+from conformance.bench.bus.other_units import OtherUnits
 from conformance.bench.bus.stamps import SLICE_S, Stamps, WallClock
 from conformance.bench.bus.trace import Trace
 from conformance.bench.bus.trouble import Trouble
@@ -75,6 +77,7 @@ class Link:
     Attributes:
         trouble: What the adapter told of its bus.
         interventions: How often the bench had its hands on what is around the node.
+        others: Other units on the bus; None where there are none.
     """
 
     def __init__(
@@ -86,13 +89,13 @@ class Link:
         stamps: Stamps | None = None,
         around: Surroundings | None = None,
     ) -> None:
-        self._bus = bus
+        self.others: OtherUnits | None = None
+        self._free_s = -math.inf
         self._trace = trace
         self._reopen = reopen
         self._frames: list[Stamped] = []
-        self.simulated: SimulatedRig | None = bus if isinstance(bus, SimulatedRig) else None
-        self.rig: Surroundings | None = around or self.simulated
-        self.now: Callable[[], float] = self.simulated.now if self.simulated else time.monotonic
+        self._around = around
+        self._take_up(bus)
         self._offset_s = 0.0 if self.simulated else time.time() - time.monotonic()
         self._least_late_s = -math.inf
         self.stamps = stamps or Stamps("bus", 0.0)
@@ -101,6 +104,30 @@ class Link:
         self.interventions = 0
         self.trouble = Trouble()
         self.bus_time = BusTime(bitrate)
+
+    def _take_up(self, bus: can.BusABC) -> None:
+        self._bus = bus
+        self.simulated: SimulatedRig | None = bus if isinstance(bus, SimulatedRig) else None
+        self.rig: Surroundings | None = self._around or self.simulated
+        self.now: Callable[[], float] = self.simulated.now if self.simulated else time.monotonic
+
+    @contextmanager
+    def left(self, reopen: Callable[[], can.BusABC]) -> Iterator[None]:
+        """Leave the bus for a while; what was received so far is dropped.
+
+        Args:
+            reopen: Opens it again.
+
+        Raises:
+            BenchError: It cannot be opened again.
+        """
+        self._bus.shutdown()
+        try:
+            yield
+        finally:
+            self._take_up(reopen())
+            self._least_late_s = -math.inf
+            self.forget()
 
     def use_bitrate(self, bitrate: int) -> None:
         """Send and receive at another bit rate from now on, in bit/s.
@@ -138,7 +165,11 @@ class Link:
 
         Raises:
             BenchError: The adapter refused it.
+            NotAlone, NotNow: It concerns other units on the bus.
         """
+        if self.others is not None:
+            self.others.respect(frame)
+            self._make_room(self.others.pause_s(self._duration_s(frame)))
         try:
             self._bus.send(to_message(frame))
         except (can.CanError, OSError) as error:
@@ -146,6 +177,13 @@ class Link:
         now = self.now()
         self.bus_time.sent(frame, now)
         return self._keep(frame, now + self._offset_s, received=False)
+
+    def _make_room(self, pause_s: float) -> None:
+        """Leave the bus to others for as long as was asked for after the last frame."""
+        if self.now() < self._free_s:
+            while self.recv(self._free_s) is not None:
+                pass
+        self._free_s = self.now() + pause_s
 
     def recv(self, deadline: float) -> Stamped | None:
         """Wait for the next frame.

@@ -1,0 +1,157 @@
+"""The bus of a hub as a python-can interface: ``can.Bus(interface="canopen_simulator_hub", …)``."""
+
+from __future__ import annotations
+
+from collections import deque
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from typing import Any
+
+import can
+
+from conformance.messages import to_frame
+from conformance.simulator.hub import Received, nanoseconds
+from conformance.simulator.interface import to_simulated_message
+from conformance.simulator.segment import SECOND
+from conformance.spec.error_services import BusError
+from conformance.wire.errors import WireError
+
+
+class HubBus(can.BusABC):
+    """A CAN adapter at the simulated bus of another process, on its virtual clock.
+
+    Args:
+        channel: What the bus is called.
+        connection: To the hub; it outlives this object.
+        bitrate: Of this adapter in bit/s.
+        node_id: Of the node that it is for. While others are on the bus, frames of other nodes wait
+            for one of this node, or for the end of a timeout.
+    """
+
+    def __init__(self, channel: str, connection: Connection, bitrate: int, node_id: int) -> None:
+        self.channel = channel
+        self.channel_info = f"simulated bus {channel}"
+        self._connection = connection
+        self._received: deque[Received] = deque()
+        self._now_ns = int(self._ask("join", bitrate, node_id))
+        super().__init__(channel)
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:  # noqa: ARG002 - never blocks
+        """Hand a frame over to the bus; no simulated time passes."""
+        try:
+            self._tell("send", to_frame(msg))
+        except WireError as error:
+            raise can.CanOperationError(str(error)) from error
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        """Return the next frame, None after the timeout in simulated seconds; None waits for ever."""
+        if not self._received:
+            wait_ns = None if timeout is None else nanoseconds(timeout)
+            self._now_ns, received = self._ask("recv", wait_ns)
+            self._received.extend(received)
+        if not self._received:
+            return None
+        end_ns, frame = self._received.popleft()
+        return to_simulated_message(end_ns, frame, self.channel, own=False)
+
+    def shutdown(self) -> None:
+        """Leave the bus."""
+        if not self._is_shutdown:
+            super().shutdown()
+            with suppress(can.CanError):  # it is gone
+                self._tell("leave")
+
+    # Its clock
+
+    @property
+    def real_time(self) -> bool:
+        """Simulated time follows the clock of the computer: it does not."""
+        return False
+
+    def now(self) -> float:
+        """Return the simulated time in seconds; it passes while all processes wait for frames."""
+        return self._now_ns / SECOND
+
+    def use_bitrate(self, bitrate: int) -> None:
+        """Send and receive at another bit rate from now on, in bit/s."""
+        self._tell("bitrate", bitrate)
+
+    @property
+    def frame_count(self) -> int:
+        """Frames on the bus so far, of everybody."""
+        return int(self._call("frame_count"))
+
+    # What is around the devices
+
+    def power_off(self) -> None:
+        """Switch all nodes off."""
+        self._call("power_off")
+
+    def power_on(self) -> None:
+        """Switch all nodes on."""
+        self._call("power_on")
+
+    def connect(self, count: int) -> bool:
+        """Supply the first so many nodes and no other; tell whether there are that many."""
+        return bool(self._call("connect", count))
+
+    def set_tilt(self, x_deg: float, y_deg: float) -> None:
+        """Tilt all nodes."""
+        self._call("set_tilt", x_deg, y_deg)
+
+    def set_temperature(self, degc: float) -> None:
+        """Bring all nodes to a temperature."""
+        self._call("set_temperature", degc)
+
+    def set_supply_voltage(self, volt: float) -> None:
+        """Supply all nodes with a voltage."""
+        self._call("set_supply_voltage", volt)
+
+    def at_rest(self) -> None:
+        """Bring all nodes' surroundings back to what they were at first."""
+        self._call("at_rest")
+
+    def lit(self, light: str) -> bool:
+        """Tell whether a light of the first node is lit now."""
+        return bool(self._call("lit", light))
+
+    def label(self) -> str:
+        """Return the serial number on the label of the first node."""
+        return str(self._call("label"))
+
+    def disturb(self, error: BusError) -> None:
+        """Destroy frames of all nodes until their error counters have come so far."""
+        self._call("disturb", error)
+
+    def end_disturbance(self) -> None:
+        """Let the frames of all nodes be."""
+        self._call("end_disturbance")
+
+    def add_twin(self, serial_number: int) -> None:
+        """Put another node like the first one on the bus, with its node-ID."""
+        self._call("add_twin", serial_number)
+
+    def remove_twin(self) -> None:
+        """Take the last node off the bus again."""
+        self._call("remove_twin")
+
+    # To the hub
+
+    def _call(self, name: str, *arguments: object) -> Any:
+        answer = self._ask("call", name, arguments)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    def _ask(self, what: str, *arguments: object) -> Any:
+        self._tell(what, *arguments)
+        try:
+            return self._connection.recv()
+        except (EOFError, OSError) as error:
+            raise can.CanOperationError(f"{self.channel_info} is gone") from error
+
+    def _tell(self, what: str, *arguments: object) -> None:
+        try:
+            self._connection.send((what, *arguments))
+        except OSError as error:
+            raise can.CanOperationError(f"{self.channel_info} is gone") from error
