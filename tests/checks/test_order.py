@@ -32,7 +32,7 @@ def pytest_runtest_setup(item):
     old = config.stash[BENCH]
     old.close()
     run = session._run
-    new = Bench.open(run.definition, run.spec, run._simulation, None)
+    new = Bench.open(run.definition, run.spec, run.simulation, None)
     new.find_node()
     config.stash[BENCH] = run._bench = new
     run._as_found = None
