@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated
 
 import typer
 
 from conformance import resources
-from conformance.bench.definition import BenchDefinition, load_bench
-from conformance.bench.node.interrupts import interruptible
+from conformance.bench.definition import load_bench
 from conformance.bench.overriding import overridden
-from conformance.bench.session import Bench
 from conformance.commands.spec import BitrateOption, ChannelOption, VariantOption
-from conformance.commissioning.by_lss import ByLss
-from conformance.commissioning.by_objects import ByObjects, legal_node_ids
-from conformance.commissioning.procedure import Procedure
+from conformance.commissioning.by_objects import legal_node_ids
+from conformance.commissioning.doing import Commissioning
 from conformance.commissioning.record import NAME, Record, load_record
 from conformance.errors import BenchError, SpecError
 from conformance.numbers import node_ids as parsed
@@ -24,9 +21,6 @@ from conformance.options import RunOptions, simulation
 from conformance.report.console import console
 from conformance.spec.load import load_spec
 from conformance.spec.model import DeviceSpec
-
-TRACE: Final = ".log"
-"""Ending of the trace beside the record."""
 
 
 def commission(
@@ -65,30 +59,23 @@ def commission(
     bench = bench or "simulator"
     spec_path = resources.find("device_specs", device, "DEVICE")
     bench_path = resources.find("fixtures/benches", bench, "--bench")
-    definition = _with_operator(overridden(load_bench(bench_path), channel, bitrate))
+    definition = overridden(load_bench(bench_path), channel, bitrate)
     spec = load_spec(spec_path).resolve(variant, definition.node_id)
     rate = to_bitrate or definition.bitrate or spec.bitrate
-    _require_way(spec, definition, rate)
+    options = simulation(RunOptions(device, bench=bench), definition, spec)
+    doing = Commissioning(definition, spec, record, options)
+    doing.require_way(rate)
     ids = _legal(spec, node_ids)
     _require_free(record)
-    options = simulation(RunOptions(device, bench=bench), definition, spec)
     made = Record(
         device=str(spec_path.resolve()),
         variant=spec.variant,
         bench=str(bench_path.resolve()),
         channel=channel,
     )
-    wrong = []
-    opened = Bench.open(definition, spec, options, record.with_suffix(TRACE))
     try:
-        with interruptible():
-            procedure = Procedure(opened, made, record)
-            if one_by_one or not ByLss.can(spec) or not (serial or ByLss.finds(spec)):
-                wrong = procedure.one_by_one(ids, rate)
-            else:
-                wrong = procedure.all_at_once(serial or [], ids, rate)
+        wrong = doing.give(made, serial or [], ids, rate, one_by_one=one_by_one)
     finally:
-        opened.close()
         _show(made)
     if wrong or not made.units:
         raise BenchError("\n".join(wrong) or "no sensor was found")
@@ -106,45 +93,12 @@ def _undo(path: Path, bench: str | None, channel: str | None, *, one_by_one: boo
         Path(kept.bench) if bench is None else resources.find("fixtures/benches", bench, "--bench")
     )
     definition = overridden(load_bench(bench_path), channel or kept.channel, found.bitrate)
-    opened = Bench.open(_with_operator(definition), spec, {}, path.with_suffix(".undo.log"))
     try:
-        with interruptible():
-            wrong = Procedure(opened, kept, path).back(one_by_one=one_by_one)
+        wrong = Commissioning(definition, spec, path).take_back(kept, one_by_one=one_by_one)
     finally:
-        opened.close()
         _show(kept)
     if wrong:
         raise BenchError("\n".join(wrong))
-
-
-def _with_operator(definition: BenchDefinition) -> BenchDefinition:
-    """Take who types this for the operator, where the bench has none."""
-    if definition.operator == "none":
-        return definition.model_copy(update={"operator": "terminal"})
-    return definition
-
-
-def _require_way(spec: DeviceSpec, definition: BenchDefinition, bitrate: int) -> None:
-    """Make sure that the manual says how a node-ID is given, and the bit rate if it is another."""
-    way = ByLss if ByLss.can(spec) else ByObjects
-    if not way.can(spec):
-        raise SpecError(
-            f"DEVICE: expected one whose manual tells how a node-ID is given, got {spec.name}"
-        )
-    present = definition.bitrate or spec.bitrate
-    if bitrate == present:
-        return
-    if not definition.sets_bitrate:
-        raise SpecError(
-            f"--to-bitrate: expected none on interface {definition.interface}, whose bit rate is "
-            f"set up by others, got {bitrate}"
-        )
-    known = way.rates(spec)
-    if bitrate not in known or present not in known:
-        raise SpecError(
-            f"--to-bitrate: expected one of {known} bit/s, from which the device can be brought back to "
-            f"{present} bit/s, got {bitrate}"
-        )
 
 
 def _legal(spec: DeviceSpec, text: str) -> Sequence[int]:

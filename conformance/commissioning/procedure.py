@@ -56,7 +56,7 @@ class Procedure:
         self._bench.reach.go(home)
         if self._bench.node().answers():
             wrong.append(
-                f"a sensor is still {home}: give the serial number on its label by --serial"
+                f"a sensor is still {home}, and tells nobody its serial number: look at its label"
             )
         return self._switched(units, wrong)
 
@@ -72,10 +72,13 @@ class Procedure:
         return self._giving.switch(units)
 
     def one_by_one(self, node_ids: Sequence[int], bitrate: int) -> list[str]:
-        """Give sensors their places as the operator connects them, as `all_at_once` does."""
+        """Give sensors their places as the operator connects them, as `all_at_once` does.
+
+        Nobody is asked for more of them than there are node-IDs.
+        """
         alone = bitrate != self._bench.reach.home.bitrate
         wrong = []
-        for identity in connected(self._bench, alone=alone):
+        for _, identity in zip(node_ids, connected(self._bench, alone=alone), strict=False):
             (unit,) = self._add([identity], node_ids, bitrate)
             console.say(f"connected: {unit}")
             wrong += self._switched([unit], self._giving.give_node_ids([unit]))

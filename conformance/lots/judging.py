@@ -10,10 +10,12 @@ from typing import Any, Final
 
 from conformance import resources, runner
 from conformance.bench.definition import BenchDefinition, load_bench
+from conformance.commissioning.doing import Commissioning
 from conformance.errors import SpecError
 from conformance.lots.company import Company, Task, UnitRun
 from conformance.lots.inspection import Numbers, Try, Word
 from conformance.lots.lot_file import Lot
+from conformance.numbers import node_ids
 from conformance.options import RunOptions
 from conformance.report.report_page import NAME as PAGE
 from conformance.report.results import Item
@@ -35,11 +37,15 @@ class Judging:
         lot: The lot.
         bench: Its bench.
         spec: What the units are held against.
+        bench_file: Of the bench.
+        device: Of the spec.
     """
 
     lot: Lot
     bench: BenchDefinition
     spec: DeviceSpec
+    bench_file: Path
+    device: Path
 
     @classmethod
     def of(cls, lot: Lot) -> Judging:
@@ -49,7 +55,8 @@ class Judging:
             SpecError: There is no such bench, device or variant, or what is simulated does not fit.
         """
         content = lot.content
-        bench = load_bench(resources.find("fixtures/benches", lot.beside(content.bench), "bench"))
+        bench_file = resources.find("fixtures/benches", lot.beside(content.bench), "bench")
+        bench = load_bench(bench_file)
         path = resources.find("device_specs", lot.beside(content.device), "device")
         spec = load_spec(path).resolve(content.variant, bench.node_id)
         simulation = content.simulation
@@ -57,10 +64,27 @@ class Judging:
             raise SpecError(
                 f"{lot.path}: simulation: expected the simulator as bench, got {content.bench!r}"
             )
-        judging = cls(lot, bench, spec)
+        judging = cls(lot, bench, spec, bench_file, path)
+        if content.commission:
+            judging._require_way()
         for unit in (content.names[0], *simulation.faults):
             judging.run(Task(unit, bench.node_id))  # what is wrong is told before anything begins
         return judging
+
+    def _require_way(self) -> None:
+        """Make sure that units fresh from the box can be given their node-IDs."""
+        lot, bench, spec = self.lot, self.bench, self.spec
+        Commissioning(bench, spec, Path()).require_way(bench.bitrate or spec.bitrate)
+        if spec.node_id in node_ids("node_ids", lot.content.node_ids or ""):
+            raise SpecError(
+                f"{lot.path}: node_ids: expected none that units have fresh from the box, "
+                f"got {spec.node_id}"
+            )
+        if bench.simulated and not bench.shared:
+            raise SpecError(
+                f"{lot.path}: commission: expected the simulator on its virtual clock, "
+                f"got {lot.content.bench!r}"
+            )
 
     def run(
         self, task: Task, bus: Mapping[str, Any] | None = None, *, judged: bool = False

@@ -85,6 +85,7 @@ class LotFile(_Part):
         resubmitted: The lot was inspected before, so that the switching rules leave it out.
         bench: Built-in name or path.
         node_ids: Of several units that are on the bus at a time; all have the bench's where absent.
+        commission: Units are fresh from the box: they get those node-IDs while they are judged.
         select: Items to judge, as ``run --select``; all when absent.
         strict: Deviations from a *should* count as well.
         seed: Of the drawing; thrown once and kept when absent.
@@ -108,6 +109,7 @@ class LotFile(_Part):
     resubmitted: bool = False
     bench: _Text = "simulator"
     node_ids: Annotated[str, AfterValidator(_node_ids)] | None = None
+    commission: bool = False
     select: str = ""
     strict: bool = False
     seed: int | None = None
@@ -128,6 +130,15 @@ class LotFile(_Part):
         if self.serials is not None and len(set(self.serials)) < len(self.serials):
             twice = next(it for it in self.serials if self.serials.count(it) > 1)
             yield f"expected each serial number once, got {twice} again"
+        yield from self._wrong_sampling()
+        if self.commission and not self.node_ids:
+            yield "expected node_ids to give beside commission, got none"
+        known = set(self.names)
+        for unit in (*self.simulation.faults, *self.simulation.serials):
+            if unit not in known:
+                yield f"expected a unit of the lot under simulation, got {unit}"
+
+    def _wrong_sampling(self) -> Iterator[str]:
         if self.level == "all" and (self.aql is not None or self.severity or self.series):
             yield "expected no aql, severity or series where all units are inspected, got one"
         if self.level != "all" and self.aql is None:
@@ -136,10 +147,6 @@ class LotFile(_Part):
             yield "expected at least 2 units to sample from, or level: all, got 1"
         if self.severity and self.series:
             yield "expected severity or series, for the series tells the severity, got both"
-        known = set(self.names)
-        for unit in (*self.simulation.faults, *self.simulation.serials):
-            if unit not in known:
-                yield f"expected a unit of the lot under simulation, got {unit}"
 
     @property
     def units(self) -> int:

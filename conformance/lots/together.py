@@ -6,9 +6,11 @@ import multiprocessing
 import signal
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final
 
+from conformance.bench.definition import BenchDefinition
 from conformance.errors import BenchError, ConformanceError, SpecError
 from conformance.lots.company import Task
 from conformance.lots.inspection import Try
@@ -34,8 +36,8 @@ class Together:
     def __init__(self, judging: Judging, count: int) -> None:
         self._judging = judging
         context = multiprocessing.get_context("spawn")
-        self._hub = Hub(count) if judging.bench.simulated else None
-        ports: Sequence[Connection | None] = self._hub.ends if self._hub else [None] * count
+        self._hub = Hub(count + 1) if judging.bench.simulated else None
+        ports: Sequence[Connection | None] = self._hub.ends[:-1] if self._hub else [None] * count
         pairs = [context.Pipe() for _ in range(count)]
         self._connections: list[Connection] = [own for own, _ in pairs]
         self._workers = [
@@ -46,8 +48,30 @@ class Together:
             worker.start()
             end.close()
         if self._hub is not None:
-            for end in self._hub.ends:
+            for end in self._hub.ends[:-1]:
                 end.close()
+
+    def connect(self, tasks: Sequence[Task], *, fresh: bool) -> None:
+        """Have units on the bus, where it is simulated.
+
+        Args:
+            tasks: What is to be judged.
+            fresh: They are fresh from the box, all at one node-ID.
+        """
+        if self._hub is not None:
+            given = [replace(it, node_id=None) for it in tasks] if fresh else tasks
+            self._hub.put(_bus(self._judging, given))
+
+    @property
+    def bench(self) -> BenchDefinition:
+        """The bench as this process finds it."""
+        bench = self._judging.bench
+        return bench if self._hub is None else bench.model_copy(update={"options": {}})
+
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """What this process needs to be on the bus as well, beside what that bench says."""
+        return {} if self._hub is None else {**_at(self._hub.ends[-1]), "node_id": 0}
 
     def judge(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, Try]]:
         """Judge units, and return each when it is done.
@@ -57,8 +81,6 @@ class Together:
             BenchError: A process ended before its time.
             KeyboardInterrupt: The user ended it; what the processes changed is given back.
         """
-        if self._hub is not None:
-            self._hub.put(_bus(self._judging, tasks))
         busy = dict(zip(self._connections, tasks, strict=False))
         for connection, task in busy.items():
             connection.send(task)
@@ -129,9 +151,14 @@ def _bus(judging: Judging, tasks: Sequence[Task]) -> SimulatedBus:
     return bus
 
 
+def _at(port: Connection) -> dict[str, Any]:
+    """Return the arguments of python-can for a place at the hub."""
+    return {"interface": HUB, "channel": "hub", "connection": port}
+
+
 def _work(connection: Connection, port: Connection | None, judging: Judging) -> None:
     """Judge the units of one place on the bus, until nobody asks any more."""
-    hub = None if port is None else {"interface": HUB, "channel": "hub", "connection": port}
+    hub = None if port is None else _at(port)
 
     def turn() -> None:
         try:
@@ -147,7 +174,7 @@ def _work(connection: Connection, port: Connection | None, judging: Judging) -> 
             return
         bus = hub and {**hub, "node_id": task.node_id}
         try:
-            said: object = judging.judge(task, bus, turn)
+            said: object = judging.judge(task, bus, turn if task.others else None)
         except KeyboardInterrupt:
             said = KeyboardInterrupt()
         except ConformanceError as error:

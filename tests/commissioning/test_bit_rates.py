@@ -185,7 +185,7 @@ def test_nobody_is_switched_while_one_is_left_whose_serial_number_nobody_gave(
 
     wrong = procedure(bench, record, tmp_path).all_at_once(SERIALS[:2], IDS, FAST)
 
-    assert wrong[0].startswith("a sensor is still node-ID 50 at 125 kbit/s: give the serial number")
+    assert wrong[0].startswith("a sensor is still node-ID 50 at 125 kbit/s, and tells nobody its")
     assert wrong[1].startswith("the bit rate was left as it is")
     assert places(bench) == [(10, 125_000), (11, 125_000), (50, 125_000)]
     assert procedure(bench, record, tmp_path).back(one_by_one=False) == []

@@ -47,7 +47,7 @@ def test_a_person_connects_one_after_the_other_and_all_are_brought_back(tmp_path
         process.call("connect", 0)
         bench = bench_of(process, tmp_path)
         with subprocess.Popen(
-            [*COMMAND, "commission", DST, "--bench", bench, "--node-ids", "5,9"],
+            [*COMMAND, "commission", DST, "--bench", bench, "--node-ids", "5,9,11"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
