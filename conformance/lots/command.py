@@ -19,6 +19,7 @@ from conformance.lots.inspection import Inspection, Sampling, Unit, draw, load_i
 from conformance.lots.judging import Judging, require_same
 from conformance.lots.kept_series import KeptSeries, kept_series
 from conformance.lots.lot_file import Lot, load_lot
+from conformance.lots.only_one import only_one
 from conformance.lots.page import print_plan
 from conformance.lots.plans import plan_of, whole_lot
 from conformance.lots.series import scheme_for
@@ -30,6 +31,7 @@ MOST_SEED: Final = 2**32
 
 
 def inspect(
+    context: typer.Context,
     lot: Annotated[Path, typer.Argument(metavar="LOT", help="Lot file.")],
     report_dir: Annotated[
         Path | None,
@@ -60,6 +62,8 @@ def inspect(
     read = load_lot(lot)
     judging = Judging.of(read)
     folder = report_dir or FOLDER / lot.stem
+    if not dry_run:
+        context.with_resource(only_one(folder))
     begun = load_inspection(folder)
     if (
         begun is not None
@@ -83,8 +87,6 @@ def inspect(
     try:
         if dead is None:
             work.do(again)
-        else:
-            work.make_folder()
     except KeyboardInterrupt:
         raise BenchError("interrupted: inspect the lot again to go on") from None
     finally:

@@ -25,7 +25,7 @@ IN_VAIN: Final = 2
 
 
 class Work:
-    """The units of one inspection are judged, one after the other.
+    """The units of one inspection are judged.
 
     Args:
         lot: The lot.
@@ -61,7 +61,6 @@ class Work:
             BenchError: The bench failed, or nobody connects a unit.
             KeyboardInterrupt: The user ended it.
         """
-        self.make_folder()
         self._tell_broken_off()
         asked = {it.unit for it in again}
         waiting = [it for it in self._waiting() if it.unit not in asked]
@@ -86,17 +85,6 @@ class Work:
         if together is None:
             return Fresh(judging, folder, judging.bench)
         return Fresh(judging, folder, together.bench, together.options)
-
-    def make_folder(self) -> None:
-        """Make the folder of the inspection.
-
-        Raises:
-            BenchError: The disk does not take it.
-        """
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise BenchError(f"cannot make {self._folder}: {error.strerror}") from error
 
     def _waiting(self) -> list[Unit]:
         """Return the units to judge, those that were never reached among them while the lot is not decided."""

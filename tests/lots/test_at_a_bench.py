@@ -105,6 +105,20 @@ def test_where_nobody_connects_a_unit_the_bench_has_failed(tmp_path: Path) -> No
     assert "nobody is there to connect the units" in errors
 
 
+def test_a_second_process_keeps_off_an_inspection_that_goes_on(tmp_path: Path) -> None:
+    with simulating(IMS, "--socketcand", f"{LOOPBACK}:0") as process:
+        lot = written(tmp_path, "size: 2\nselect: OD-09\n", process)
+        with inspecting(lot) as first:
+            read_until(first.stdout, "(q: stop here)")
+            with inspecting(lot) as second:
+                said, errors = second.communicate(timeout=60)
+            first.communicate("q\n", timeout=60)
+    assert second.returncode == 2
+    assert said == ""
+    assert "goes on in another window or process" in " ".join(errors.split())
+    assert "Traceback" not in errors
+
+
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
 def test_an_inspection_that_is_ended_in_a_run_goes_on_with_that_unit(
     tmp_path: Path, end: signal.Signals

@@ -150,7 +150,7 @@ def test_a_person_connects_them_and_a_killed_inspection_tells_how_they_are_broug
         bench = BENCH.format(port=process.port("socketcand"))
         (tmp_path / "bench.yaml").write_text(bench, encoding="utf-8")
         lot = written(tmp_path, SEARCHED, "size: 2\nbench: ./bench.yaml\n", "OD")
-        arguments = ["inspect", lot, "--report-dir", tmp_path / "record"]
+        arguments: list[str | Path] = ["inspect", lot, "--report-dir", tmp_path / "record"]
         with subprocess.Popen(
             [*COMMAND, *arguments],
             stdin=subprocess.PIPE,
@@ -180,7 +180,7 @@ def test_a_person_connects_them_and_a_killed_inspection_tells_how_they_are_broug
             timeout=120,
         )
         assert "units are not back where they were" in told.stderr
-        undo = ["commission", "--undo", tmp_path / "record/commissioned/1.json"]
+        undo: list[str | Path] = ["commission", "--undo", tmp_path / "record/commissioned/1.json"]
         assert " ".join(map(str, undo)) in " ".join(told.stderr.split()).replace("/ ", "/")
         back = subprocess.run(
             [*COMMAND, *undo], capture_output=True, text=True, check=False, timeout=120
