@@ -10,14 +10,14 @@ from typing import Any
 import can
 
 from conformance.messages import to_frame
+from conformance.rig_calls import RigCalls
 from conformance.simulator.hub import Received, nanoseconds
 from conformance.simulator.interface import to_simulated_message
 from conformance.simulator.segment import SECOND
-from conformance.spec.error_services import BusError
 from conformance.wire.errors import WireError
 
 
-class HubBus(can.BusABC):
+class HubBus(RigCalls, can.BusABC):
     """A CAN adapter at the simulated bus of another process, on its virtual clock.
 
     Args:
@@ -80,60 +80,6 @@ class HubBus(can.BusABC):
     def frame_count(self) -> int:
         """Frames on the bus so far, of everybody."""
         return int(self._call("frame_count"))
-
-    # What is around the devices
-
-    def power_off(self) -> None:
-        """Switch all nodes off."""
-        self._call("power_off")
-
-    def power_on(self) -> None:
-        """Switch all nodes on."""
-        self._call("power_on")
-
-    def connect(self, count: int) -> bool:
-        """Supply the first so many nodes and no other; tell whether there are that many."""
-        return bool(self._call("connect", count))
-
-    def set_tilt(self, x_deg: float, y_deg: float) -> None:
-        """Tilt all nodes."""
-        self._call("set_tilt", x_deg, y_deg)
-
-    def set_temperature(self, degc: float) -> None:
-        """Bring all nodes to a temperature."""
-        self._call("set_temperature", degc)
-
-    def set_supply_voltage(self, volt: float) -> None:
-        """Supply all nodes with a voltage."""
-        self._call("set_supply_voltage", volt)
-
-    def at_rest(self) -> None:
-        """Bring all nodes' surroundings back to what they were at first."""
-        self._call("at_rest")
-
-    def lit(self, light: str) -> bool:
-        """Tell whether a light of the first node is lit now."""
-        return bool(self._call("lit", light))
-
-    def label(self) -> str:
-        """Return the serial number on the label of the first node."""
-        return str(self._call("label"))
-
-    def disturb(self, error: BusError) -> None:
-        """Destroy frames of all nodes until their error counters have come so far."""
-        self._call("disturb", error)
-
-    def end_disturbance(self) -> None:
-        """Let the frames of all nodes be."""
-        self._call("end_disturbance")
-
-    def add_twin(self, serial_number: int) -> None:
-        """Put another node like the first one on the bus, with its node-ID."""
-        self._call("add_twin", serial_number)
-
-    def remove_twin(self) -> None:
-        """Take the last node off the bus again."""
-        self._call("remove_twin")
 
     # To the hub
 
