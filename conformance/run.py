@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import time
 from collections.abc import Callable, Collection
-from dataclasses import asdict, replace
+from dataclasses import replace
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import get_args
@@ -13,16 +13,15 @@ from typing import get_args
 from conformance import resources, scanning
 from conformance.bench.bus.markers import Markers, require_free, require_not_held
 from conformance.bench.definition import load_bench
-from conformance.bench.given_back.as_found import AsFound
-from conformance.bench.given_back.journal import NAME as JOURNAL
-from conformance.bench.given_back.journal import Found, Journal
+from conformance.bench.given_back.journal import Journal
 from conformance.bench.overriding import overridden
 from conformance.bench.services.identity import read_identity, told_serial
 from conformance.bench.session import Bench
 from conformance.comparing.baseline import load_baseline
 from conformance.effects import WEARING, Effect, Need
-from conformance.errors import BenchError, ConformanceError, NodeTimeout
+from conformance.errors import BenchError, ConformanceError
 from conformance.judged import OnBus, facts_of, item_id, item_of
+from conformance.leaving import Leaving
 from conformance.options import RunOptions, refusal, selection, simulation
 from conformance.provenance import device, manual, provenance
 from conformance.report import repro
@@ -95,7 +94,7 @@ class Run:
         self.plan: list[Planned] = []
         self.total = 0
         self._bench: Bench | None = None
-        self._as_found: AsFound | None = None
+        self._leaves: Leaving | None = None
         self._markers: Markers | None = None
         self._marker = 0
         self._started = 0.0
@@ -157,15 +156,12 @@ class Run:
         self._started_s = self._item_started_s = self._bench.link.now()
         self.results.run["started"] = datetime.now(UTC).isoformat(timespec="seconds")
         self._bench.find_node()
-        try:
-            restarts = not RESTARTING.isdisjoint(effects)
-            self._as_found = AsFound.look(self._bench, self._keep_found, restarts=restarts)
-        except NodeTimeout:
-            self._as_found = None  # a node that fails so early will fail its items
+        restarts = not RESTARTING.isdisjoint(effects)
+        self._leaves = self._leaving(self.directory)
+        held = self._leaves.look(self._bench, restarts=restarts)
         identity = self.results.device["identity"] = read_identity(self._bench.node())
         self.results.device["serial_told"] = told_serial(self.spec, identity)
         if self.definition.markers is not None:
-            held = {} if self._as_found is None else self._as_found.found.held
             require_not_held(self.definition.markers, self.spec, held)
             self._markers = Markers(self._bench.link, self.definition.markers)
             self.results.run["markers"] = self.definition.markers
@@ -174,9 +170,7 @@ class Run:
     def _respect_others(self, bench: Bench) -> None:
         """Tell a bench of other units on its bus: there are none."""
 
-    def _keep_found(self, found: Found, *, given_back: bool = False) -> None:
-        """Put what the node held where it outlives this process."""
-        assert self.directory is not None  # it was opened
+    def _leaving(self, folder: Path) -> Leaving:
         journal = Journal(
             device=str(self._files["device"].resolve()),
             variant=self.spec.variant,
@@ -186,7 +180,7 @@ class Run:
             bitrate=self.definition.bitrate or self.spec.bitrate,
             serial=self.options.serial,
         )
-        journal.keep(self.directory / JOURNAL, found, given_back=given_back)
+        return Leaving(journal, folder)
 
     @property
     def opened(self) -> bool:
@@ -321,11 +315,12 @@ class Run:
 
     def abort(self, reason: str) -> None:
         """Note that the run ends early."""
-        self.results.aborted = self.results.aborted or reason
+        self.results.abort(reason)
 
     def close(self) -> None:
         """Close the bench and write the record, whatever the run has come to."""
-        self._give_back()
+        if self._leaves is not None:
+            self._leaves.give_back(self.results)
         bench, self._bench = self._bench, None
         self.results.complete = not self.results.aborted and len(self.results.items) >= self.total
         if bench is not None:
@@ -360,33 +355,6 @@ class Run:
             "expired": [entry.item for entry in self._baseline.expired(deviating)],
             "no_longer": [it for it in self._baseline.entries if it in passing],
         }
-
-    def _give_back(self) -> None:
-        """Give the node back as it was found, and note what is not."""
-        found = self._as_found
-        if found is None:
-            return
-        record = self.results.run["as_found"] = {
-            "objects": len(found),
-            "nmt_state": found.nmt_state,
-        }
-        try:
-            differences = found.give_back()
-        except ConformanceError as error:
-            self.abort(f"whether the node is as it was found cannot be seen: {error}")
-            return
-        record["differences"] = [asdict(difference) for difference in differences]
-        if differences:
-            names = ", ".join(dict.fromkeys(difference.object for difference in differences))
-            self.results.left_changed = (
-                f"the node is not left as it was found: {names}; "
-                f"try: canopen-conformance recover {self.directory}"
-            )
-            return
-        try:
-            self._keep_found(found.found, given_back=True)
-        except BenchError as error:
-            self.abort(str(error))
 
     def _save(self) -> None:
         if self._bench is not None:

@@ -137,6 +137,10 @@ class Results:
         self.items.sort(key=lambda item: places[item.id])
         self._texts.clear()
 
+    def abort(self, reason: str) -> None:
+        """Note why the run ended early; the first reason stays."""
+        self.aborted = self.aborted or reason
+
     def counts(self) -> dict[str, int]:
         """Return how many items have each verdict."""
         counted = Counter(item.verdict for item in self.items)

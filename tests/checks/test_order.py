@@ -35,7 +35,7 @@ def pytest_runtest_setup(item):
     new = Bench.open(run.definition, run.spec, run.simulation, None)
     new.find_node()
     config.stash[BENCH] = run._bench = new
-    run._as_found = None
+    run._leaves = None
 '''
 
 SHARES = 3
