@@ -85,6 +85,7 @@ class _Stretch:
     blocks: bool = False
     broken: int = 0
     ended_s: float = 0.0
+    last: int = 0
 
     def close(self) -> Iterator[Exchange]:
         """Return what was seen, each exchange with what it is worth."""
@@ -102,11 +103,13 @@ class Exchanges:
         all: In the order in which they ended.
         improper: Responses that no server gives, whatever was asked.
         disturbed: Stretches that are no evidence.
+        unanswered: Lines of the requests that alone make a stretch so: no response ends it.
     """
 
     all: list[Exchange] = field(default_factory=list)
     improper: int = 0
     disturbed: int = 0
+    unanswered: list[int] = field(default_factory=list)
 
 
 def exchanges(recording: Recording, node_id: int) -> Exchanges:
@@ -129,7 +132,7 @@ def exchanges(recording: Recording, node_id: int) -> Exchanges:
         if broken or seen.time_s - stretch.ended_s > PAUSE_S:
             _end(stretch, found)
             stretch = _Stretch(irregular=broken)
-        stretch.ended_s = seen.time_s
+        stretch.ended_s, stretch.last = seen.time_s, seen.line
         if is_request:
             _request(stretch, seen)
         else:
@@ -141,6 +144,8 @@ def exchanges(recording: Recording, node_id: int) -> Exchanges:
 def _end(stretch: _Stretch, found: Exchanges) -> None:
     found.all += stretch.close()
     found.disturbed += stretch.irregular or stretch.awaiting
+    if stretch.awaiting and not stretch.irregular:
+        found.unanswered.append(stretch.last)
     found.improper += 0 if stretch.blocks else stretch.broken
 
 

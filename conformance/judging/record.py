@@ -13,7 +13,10 @@ from conformance.bench.bus.trace import Trace
 from conformance.bench.services.illegal import Illegal, shows_state
 from conformance.checks.loading import load_checks
 from conformance.errors import BenchError
+from conformance.judging.commands import commands
 from conformance.judging.emcys import emcys
+from conformance.judging.heartbeats import heartbeats
+from conformance.judging.layer_settings import layer_settings
 from conformance.judging.recording import Recording
 from conformance.judging.sightings import Found, Sighting, conclude
 from conformance.judging.states import states
@@ -35,8 +38,16 @@ JUDGED = frozenset(
         "EMCY-06",
         "EMCY-07",
         "HB-01",
+        "HB-02",
+        "HB-03",
+        "HB-04",
         "HB-05",
         "HB-07",
+        "LSS-06",
+        "LSS-07",
+        "LSS-12",
+        "NMT-01",
+        "NMT-02",
         "OD-01",
         "OD-02",
         "OD-03",
@@ -53,6 +64,8 @@ JUDGED = frozenset(
     }
 )
 """The requirements that a recording can show something of."""
+
+FINDERS = (states, heartbeats, commands, tpdos, emcys, transfers, layer_settings)
 
 NOT_SHOWN = "the recording shows nothing of it"
 NOT_SHOWABLE = "no recording alone shows it: it takes a bench"
@@ -81,7 +94,7 @@ class Judging:
         """Return the record."""
         timeline = Timeline(self.recording, self.spec, self.bitrate, self.jitter_ms)
         by_item: dict[tuple[str, str], list[Sighting]] = defaultdict(list)
-        for find in (states, tpdos, emcys, transfers):
+        for find in FINDERS:
             for sighting in find(timeline):
                 by_item[sighting.requirement, sighting.label].append(sighting)
         results = Results(self._run(timeline), self._device())

@@ -65,6 +65,8 @@ class Timeline:
             for seen in self.recording.seen
             if (request := _command(seen.frame)) is not None and request.node_id in (0, node_id)
         ]
+        stopped = sum(self._is_stopped(line) for line in self.exchanges.unanswered)
+        self.exchanges.disturbed -= stopped
         self.error_control = self.on(cob_id.heartbeat(node_id))
         self._forgotten = self._forgetting()
         self._facts = defaultdict(list)
@@ -109,6 +111,24 @@ class Timeline:
     def may_differ(self, first: int, last: int) -> bool:
         """Tell whether something between two lines may have changed what the node does."""
         return bisect_right(self._forgotten, first) != bisect_right(self._forgotten, last)
+
+    def commanded(self, line: int) -> NmtCommand | None:
+        """Return the last NMT command before a line, None without one that the standard has."""
+        place = bisect_right(self.commands, line, key=lambda it: it[0].line) - 1
+        if place < 0:
+            return None
+        word = self.commands[place][1].command
+        return next((it for it in NmtCommand if it == word), None)
+
+    def _is_stopped(self, line: int) -> bool:
+        """Tell whether no request is answered, because the node was stopped."""
+        return self.commanded(line) is NmtCommand.STOP
+
+    def lasts_until(self, line: int) -> int:
+        """Return the line after one at which something may change what the node does."""
+        place = bisect_right(self._forgotten, line)
+        past = len(self.recording.seen) + 1
+        return self._forgotten[place] if place < len(self._forgotten) else past
 
     def _forgetting(self) -> list[int]:
         lines = [*self.recording.breaks, *(it.line for it in self.boot_ups)]

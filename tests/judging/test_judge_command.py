@@ -38,7 +38,7 @@ def test_nothing_fails_on_a_recording_of_a_sound_device(
     ("device", "fault", "requirements"),
     [
         ("siko_ims360", "heartbeat-slow-10-percent", {"HB-01"}),
-        ("siko_ims360", "heartbeat-wrong-state", {"HB-05"}),
+        ("siko_ims360", "heartbeat-wrong-state", {"HB-05", "NMT-01"}),
         ("siko_ims360", "boot-up-twice", {"BOOT-01"}),
         ("siko_ims360", "sdo-wrong-size", {"SDO-01"}),
         ("baumer_gim140r", "accepts-read-only", {"OD-05"}),
