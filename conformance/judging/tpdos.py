@@ -13,6 +13,7 @@ from conformance.judging.rhythm import rhythm
 from conformance.judging.sightings import Sighting
 from conformance.judging.states import LATE, LOSSY, UNTOLD, parted, prompt, state_in, told
 from conformance.judging.timeline import Timeline
+from conformance.judging.tpdo_content import content
 from conformance.requirements import Case
 from conformance.spec.document import Tpdo
 from conformance.verdict import Verdict
@@ -89,15 +90,22 @@ class _Producer:
         count, sure = self._held(self._mapping, 0, part)
         if count is None:
             return
-        bits = 0
+        bits, words = 0, []
         for sub in range(1, count + 1):
             word, is_told = self._held(self._mapping, sub, part)
             if word is None:
                 return
+            words.append(word)
             bits, sure = bits + MappingEntry.from_word(word).bits, sure and is_told
         octets = {(bits + 7) // 8}
         for services, _ in self._timeline.spec.services_readings:
             octets |= {services.tpdo.octets} if services.tpdo and services.tpdo.octets else set()
+        doubt = doubt or ("" if sure else UNTOLD)
+        judge = content(self._timeline.spec, words, part)
+        if judge is not None:
+            label, section = self._case.label, self._case.section
+            lossy = LOSSY if self._timeline.exchanges.disturbed else ""
+            yield Sighting("TPDO-05", label, section, part[0], part[-1], judge, doubt or lossy)
         lengths = sorted({len(it.frame.data) for it in part})
         yield Sighting(
             "TPDO-05",
@@ -106,7 +114,7 @@ class _Producer:
             part[0],
             part[-1],
             partial(_judge_length, lengths=lengths, octets=sorted(octets)),
-            doubt or ("" if sure else UNTOLD),
+            doubt,
         )
 
     def _period(self, begins: Seen | None, part: Sequence[Seen], doubt: str) -> Iterator[Sighting]:
