@@ -18,7 +18,9 @@ from conformance.report.results import Results
 from conformance.spec.load import load_spec
 
 DEVICES = ("siko_ims360", "baumer_gim140r", "danfoss_dst_x730")
-SEEDS = 2
+SEEDS = (0, 3)
+"""The latter cuts so that a single witness would fail a sound device."""
+
 SHOWN = {"BOOT-01", "HB-01", "HB-02", "HB-03", "HB-04", "HB-05", "NMT-01", "NMT-02"}
 SERVICES = "HB-0 or NMT-01 or BOOT-01 or LSS-0 or TPDO-05"
 
@@ -55,12 +57,14 @@ def test_a_spoiled_run_fails_no_sound_device(
     finished = command("run", device, "--select", SERVICES, "--report-dir", folder)
     assert finished.code == 0
 
-    _spoil(device, read_recording(folder / "trace.log"), SPOILS, 1)
+    _spoil(device, read_recording(folder / "trace.log"), SPOILS, SEEDS[:1])
 
 
-def _spoil(device: str, recording: Recording, spoils: tuple[Spoil, ...], seeds: int) -> None:
+def _spoil(
+    device: str, recording: Recording, spoils: tuple[Spoil, ...], seeds: tuple[int, ...]
+) -> None:
     for spoil in spoils:
-        for seed in range(seeds):
+        for seed in seeds:
             chance = random.Random(seed)  # noqa: S311 - repeatable
             spoiled = spoil(recording, chance)
             if not spoiled.seen:
