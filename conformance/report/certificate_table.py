@@ -29,7 +29,7 @@ class Row:
 
     Args:
         title: Requirement and object.
-        says: The rule in words.
+        says: The rule in words, and who knows of the deviation.
         place: Level and slice of the trace.
         source: Sections of the manual, then the standard's.
         expected: What was expected of the first comparison that failed.
@@ -92,9 +92,10 @@ def _row(item: Item, record: Record) -> Row:
     source = item.source.replace(manual, "manual, ") if record.device.manual else item.source
     others = len(item.deviations) - 1
     more = f"; and {many(others, 'other comparison')}" if others > 0 else ""
+    known = f"Known to {printable(item.known)}." if item.known else ""
     return Row(
         title=printable(f"{item.requirement} {item.object}", MOST_OF_A_VALUE),
-        says=printable(item.sentence),
+        says=" ".join(filter(None, (printable(item.sentence), known))),
         place=printable(", ".join(filter(None, (item.level, item.trace))), MOST_OF_A_VALUE),
         source=printable(source) or UNKNOWN,
         expected=printable(": ".join(filter(None, (item.quantity, item.expected)))),

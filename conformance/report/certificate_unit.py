@@ -21,6 +21,7 @@ from conformance.report.certificate_table import (
 )
 from conformance.report.identity import identity
 from conformance.report.printable import printable
+from conformance.report.provenance_words import milliseconds
 from conformance.report.record import Record
 from conformance.report.results import VERDICTS, Item
 from conformance.report.shown_statements import coverage
@@ -196,18 +197,23 @@ def _run(record: Record) -> Iterator[Pair]:
     yield Pair("spec", _text(run.get("spec")) or printable(record.device.spec))
     yield Pair("SHA-256 of the spec", _known(run, "spec_sha256"))
     yield Pair("suite", f"canopen-conformance {_known(run, 'suite')}")
-    yield Pair("bench", f"{_known(run, 'bench')} ({_text(run.get('interface')) or UNKNOWN})")
+    if recording := _text(run.get("recording")):
+        yield Pair("recording", recording)
+        yield Pair("SHA-256 of the recording", _known(run, "recording_sha256"))
+    else:
+        yield Pair("bench", f"{_known(run, 'bench')} ({_text(run.get('interface')) or UNKNOWN})")
     bitrate = _number(run.get("bitrate"))
     yield Pair("bit rate", UNKNOWN if bitrate is None else f"{bitrate / 1000:g} kbit/s")
     stamps = run.get("timestamps")
     late_ms = _number(stamps.get("late_ms")) if isinstance(stamps, dict) else None
     if isinstance(stamps, dict) and late_ms is not None:
         yield Pair(
-            "times taken by", f"the {_text(stamps.get('by'))}, at most {late_ms:.3g} ms late"
+            "times taken by", f"the {_text(stamps.get('by'))}, at most {milliseconds(late_ms)} late"
         )
-    yield Pair("began", _known(run, "started"))
-    yield Pair("ended", _known(run, "finished"))
-    yield Pair("seed", _known(run, "seed"))
+    yield Pair("judged" if recording else "began", _known(run, "started"))
+    if not recording:
+        yield Pair("ended", _known(run, "finished"))
+        yield Pair("seed", _known(run, "seed"))
     found = run.get("as_found")
     if isinstance(found, dict) and found.get("differences") == []:
         yield Pair("left as found", f"yes, {_text(found.get('objects'))} settings compared")

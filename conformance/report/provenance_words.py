@@ -21,6 +21,12 @@ _COUNTED = {
 def facts(record: Record, trace: TraceFile) -> dict[str, list[tuple[str, str]]]:
     """Return titled lists of names and values; what a record does not tell is left out."""
     origin = record.origin
+    if origin.recording:
+        return {
+            "Recording": _kept(_recording(origin)),
+            "Judged": _kept(_judged(origin)),
+            "Record": _kept(_files(record, trace)),
+        }
     return {
         "Bench": _kept(_bench(origin)),
         "Times": _kept(_times(origin)),
@@ -36,13 +42,45 @@ def _kept(pairs: Iterator[tuple[str, object]]) -> list[tuple[str, str]]:
 def _bench(origin: Origin) -> Iterator[tuple[str, object]]:
     yield "bench", origin.bench
     yield "adapter (python-can interface)", origin.interface
-    yield "bit rate", f"{origin.bitrate / 1000:g} kbit/s" if origin.bitrate else ""
+    yield "bit rate", _rate(origin)
     if origin.timestamps is not None:
         yield "timestamps made by", f"the {origin.timestamps.by}"
-        yield "timestamps late by at most", f"{origin.timestamps.late_ms:.3g} ms"
+        yield "timestamps late by at most", milliseconds(origin.timestamps.late_ms)
     yield "clock", origin.clock
     yield "CAN-ID of the markers", f"{origin.markers:03X}h" if origin.markers else ""
     yield "computer", origin.system
+
+
+def _recording(origin: Origin) -> Iterator[tuple[str, object]]:
+    yield "file", origin.recording
+    yield "format", origin.recording_format
+    yield "SHA-256 of the file", origin.recording_sha256
+    yield "frames", origin.frames
+    yield (
+        "from first to last frame",
+        ("" if origin.recording_s is None else f"{origin.recording_s:.1f} s"),
+    )
+    yield "marks of lost frames and errors", origin.recording_breaks
+    yield "lines and objects left out", origin.recording_left_out
+    yield "stretches of SDO disturbed", origin.disturbed_sdo_stretches
+    yield "bit rate, as told", _rate(origin)
+    if origin.timestamps is not None:
+        yield "timestamps off by at most, as told", milliseconds(origin.timestamps.late_ms)
+
+
+def _judged(origin: Origin) -> Iterator[tuple[str, object]]:
+    yield "when", shown_time(origin.started)
+    yield "took", "" if origin.wall_s is None else f"{origin.wall_s:.1f} s"
+    yield "computer", origin.system
+
+
+def _rate(origin: Origin) -> str:
+    return f"{origin.bitrate / 1000:g} kbit/s" if origin.bitrate else ""
+
+
+def milliseconds(value: float) -> str:
+    """Return a time of so many ms as people write it: two digits that count, and no exponent."""
+    return f"{value:.0f} ms" if value >= 10 else f"{value:.2g} ms"
 
 
 def _times(origin: Origin) -> Iterator[tuple[str, object]]:

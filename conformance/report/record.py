@@ -129,6 +129,13 @@ class Origin(_Part):
     eds: str = ""
     eds_sha256: str = ""
     bench: str = ""
+    recording: str = ""
+    recording_sha256: str = ""
+    recording_format: str = ""
+    recording_s: FiniteFloat | None = None
+    recording_breaks: int | None = None
+    recording_left_out: int | None = None
+    disturbed_sdo_stretches: int | None = None
     interface: str = ""
     bitrate: int | None = None
     seed: int | None = None

@@ -97,7 +97,8 @@ def to_html(record: Record) -> str:
         remarks=[it for it in findings if not record.deviates(it.item)],
         undecided=_undecided(record.items),
         skipped=Counter(item.reason for item in record.items if item.verdict == "skipped"),
-        whole=record.summary.complete and not record.origin.select and not counts["skipped"],
+        recording=bool(record.origin.recording),
+        whole=_whole(record) and not counts["skipped"],
         cautions=list(cautions(record)),
         partial=record.origin.acceptance is not True,
         identity=identity(record.device.identity),
@@ -112,6 +113,11 @@ def to_html(record: Record) -> str:
         started=shown_time(record.origin.started),
         suite=version("canopen-conformance"),
     )
+
+
+def _whole(record: Record) -> bool:
+    """Tell whether everything was asked that the bench could ask; of a recording nothing was."""
+    return record.summary.complete and not record.origin.select and not record.origin.recording
 
 
 def _findings(failed: Iterable[Item], trace: TraceFile) -> list[Finding]:

@@ -18,6 +18,7 @@ from rich.progress import Progress as Bar
 
 from conformance.report.console import Terminal, console
 from conformance.report.junit import explain
+from conformance.report.provenance_words import milliseconds
 from conformance.report.results import VERDICTS, Item, Results
 from conformance.report.scanned import Scanned
 
@@ -119,10 +120,11 @@ def print_summary(results: Results, directory: str, terminal: Terminal) -> None:
     """Print what a technician needs to know."""
     device, run = results.device, results.run
     node_id = device["node_id"]
+    where = f"recording {run['recording']}" if "recording" in run else f"bench {run['bench']}"
     terminal.say()
     terminal.say(
         f"{device['vendor']} {device['name']}, {device['variant']}, node {node_id} "
-        f"({node_id:02X}h), {float(str(run['bitrate'])) / 1000:g} kbit/s, bench {run['bench']}"
+        f"({node_id:02X}h), {float(str(run['bitrate'])) / 1000:g} kbit/s, {where}"
         + (f", serial {device['serial']}" if device["serial"] else ""),
         style="bold",
     )
@@ -281,7 +283,9 @@ def _wear(results: Results, terminal: Terminal) -> None:
 def _timestamps(results: Results, terminal: Terminal) -> None:
     stamps = results.run.get("timestamps")
     if isinstance(stamps, dict) and stamps["late_ms"]:
-        terminal.say(f"timestamps by the {stamps['by']}, up to {stamps['late_ms']:.2g} ms late")
+        terminal.say(
+            f"timestamps by the {stamps['by']}, up to {milliseconds(stamps['late_ms'])} late"
+        )
 
 
 def _many(count: int, noun: str) -> str:

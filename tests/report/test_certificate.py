@@ -139,6 +139,25 @@ def test_a_deviation_has_its_section_what_was_expected_and_what_came(
     assert "trace.log:3-4" in page
 
 
+def test_a_known_deviation_says_who_knows_it_and_still_deviates(
+    text_of: Callable[..., list[str]],
+) -> None:
+    owner = "firmware: follows the oscillator (until 2027-03-31)"
+    text = " ".join(
+        " ".join(text_of(record_of(item(1, "fail", known=owner), verdict="deviates"))).split()
+    )
+    assert f"Known to {owner}." in text
+    assert "The device deviates from its manual" in text
+
+
+def test_a_recording_is_called_one(text_of: Callable[..., list[str]]) -> None:
+    kept = record_of(item(1))
+    kept["run"] |= {"recording": "field.asc", "recording_sha256": "7" * 64}
+    text = " ".join(text_of(kept))
+    assert "field.asc" in text
+    assert "bench" not in text
+
+
 def test_a_remark_decides_nothing(text_of: Callable[..., list[str]]) -> None:
     (page,) = text_of(record_of(item(1), item(2, "fail", level="should")))
 

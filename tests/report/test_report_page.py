@@ -18,6 +18,7 @@ import pytest
 from conformance.errors import SpecError
 from conformance.report import plots
 from conformance.report.pages import MOST_SHOWN
+from conformance.report.provenance_words import milliseconds
 from conformance.report.record import read_record
 from conformance.report.report_page import to_html
 from conformance.resources import data
@@ -371,3 +372,37 @@ def test_a_known_deviation_says_who_knows_it(tmp_path: Path) -> None:
     page = Page(to_html(read_record(record(tmp_path, verdict="fail", known=owner))))
 
     assert owner in page.text
+
+
+SUMMED = {"pass": "conforms", "fail": "deviates", "inconclusive": "inconclusive"}
+
+
+@pytest.mark.parametrize("word", SUMMED)
+def test_the_page_of_a_recording_says_so_and_speaks_of_no_bench(tmp_path: Path, word: str) -> None:
+    folder = record(tmp_path, verdict=word)
+    path = folder / "results.json"
+    content = json.loads(path.read_text("utf-8"))
+    content["run"] |= {
+        "bench": "recording",
+        "recording": "field.asc",
+        "recording_format": "Vector ASC",
+        "recording_sha256": "7" * 64,
+        "timestamps": {"by": "recording, origin unknown", "late_ms": 123.4},
+    }
+    content["summary"] = {"verdict": SUMMED[word], "complete": True}
+    path.write_text(json.dumps(content), encoding="utf-8")
+
+    text = Page(to_html(read_record(folder))).text
+
+    assert "bench" not in text.lower()
+    for told in ("field.asc", "Vector ASC", "7" * 64, "123 ms", "Device, recording and record"):
+        assert told in text
+    assert "Conforms: the device does what its manual says" not in text
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [(0.0, "0 ms"), (0.25, "0.25 ms"), (3.61, "3.6 ms"), (9.96, "10 ms"), (123.4, "123 ms")],
+)
+def test_milliseconds_have_no_exponent(value: float, words: str) -> None:
+    assert milliseconds(value) == words

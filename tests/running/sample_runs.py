@@ -83,6 +83,7 @@ def make_lot(folder: Path) -> None:
     printed = _printed("inspect", str(file), "--report-dir", str(folder))
     (folder / SUMMARY).write_text(printed.replace(str(folder), f"{PLACE}/{LOT}"), encoding="utf-8")
     shutil.rmtree(folder / "units")
+    (folder / ".lock").unlink(missing_ok=True)
 
 
 def make_certificate_of_all(place: Path) -> None:
