@@ -107,6 +107,7 @@ class Verdict:
     measurements: list[Measurement] = field(default_factory=list)
     readings: dict[str, int] = field(default_factory=dict)
     trace: tuple[int, int] | None = None
+    shown_late_ms: float = 0.0
 
     def equal(
         self,
@@ -201,9 +202,16 @@ class Verdict:
         """Note which reading of an ambiguous place the device follows."""
         self.readings[ambiguity] = reading
 
-    def shown_in(self, first: int, last: int) -> None:
-        """Note the lines of the trace that show what is judged, where an earlier item saw it."""
+    def shown_in(self, first: int, last: int, late_ms: float) -> None:
+        """Note the lines of the trace that show what is judged, where an earlier item may have seen it.
+
+        Args:
+            first: The first of them.
+            last: The last of them.
+            late_ms: By how much times in them may be off.
+        """
         self.trace = first, last
+        self.shown_late_ms = max(self.shown_late_ms, late_ms)
 
     def conclude(self) -> None:
         """End the check.
@@ -234,7 +242,7 @@ class Verdict:
         doubt: float = 0.0,
     ) -> bool:
         """Judge a figure by how far inside its limits it is, negative where it is not."""
-        late_ms = self.uncertainty_ms()
+        late_ms = max(self.uncertainty_ms(), self.shown_late_ms)
         uncertainty = late_ms * _PER_MS.get(unit, 0.0) / over + doubt
         words = f" ± {uncertainty:.2g} {unit}" if uncertainty else ""
         resolved = not uncertainty or abs(margin) > uncertainty

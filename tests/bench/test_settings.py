@@ -200,3 +200,16 @@ def test_an_observation_that_failed_fails_every_item_alike(bench: Bench) -> None
 def test_a_cob_id_of_another_length_is_no_defect_of_the_suite(data: bytes) -> None:
     with pytest.raises(SetupRefused, match="the COB-ID of a TPDO has"):
         _disabled(data)
+
+
+def test_an_observation_stays_as_late_as_it_was(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    observations = Observations(bench.link)
+    late_ms = iter([8.0, 0.0])
+    monkeypatch.setattr(bench.link, "uncertainty_ms", lambda: next(late_ms))
+
+    first = observations.once("timer", int, lambda: 1)
+    second = observations.once("timer", int, lambda: 2)
+
+    assert (first.outcome, first.late_ms) == (second.outcome, second.late_ms) == (1, 8.0)

@@ -209,3 +209,17 @@ def test_a_bench_file_may_say_how_far_its_stamps_may_be_off(tmp_path: Any) -> No
     assert load_bench(find("fixtures/benches", "socketcan", "--bench")).stamps().jitter_ms == 1
     path.write_text(text + "timestamp_jitter_ms: 0.2\n", encoding="utf-8")
     assert load_bench(path).stamps() == Stamps("kernel", 0.2)
+
+
+@pytest.mark.parametrize(("here_ms", "then_ms"), [(0, 8), (8, 0)])
+def test_what_an_earlier_item_saw_is_judged_by_how_late_it_was_then(
+    here_ms: float, then_ms: float
+) -> None:
+    verdict = Verdict(lambda: here_ms)
+    verdict.shown_in(1, 2, then_ms)
+
+    verdict.at_most("half of a step", 0.105, 0.1, unit="s")
+
+    with pytest.raises(Unresolved) as caught:
+        verdict.conclude()
+    assert caught.value.late_ms == 8

@@ -20,11 +20,13 @@ class Seen(Generic[T]):
         outcome: What was seen.
         first: First line of the trace that shows it.
         last: Its last line.
+        late_ms: By how much times in it may be off.
     """
 
     outcome: T
     first: int
     last: int
+    late_ms: float
 
 
 class Observations:
@@ -51,13 +53,15 @@ class Observations:
         if name not in self._seen:
             first = self._link.line + 1
             try:
-                self._seen[name] = Seen(observe(), first, self._link.line)
+                outcome = observe()
+                late_ms = self._link.uncertainty_ms()
+                self._seen[name] = Seen(outcome, first, self._link.line, late_ms)
             except ConformanceError as error:
                 self._seen[name] = error
         seen = self._seen[name]
         if isinstance(seen, ConformanceError):
             raise seen
-        outcome = seen.outcome
-        if not isinstance(outcome, kind):
+        held = seen.outcome
+        if not isinstance(held, kind):
             raise TypeError(f"{name} is no {kind.__name__}")
-        return Seen(outcome, seen.first, seen.last)
+        return Seen(held, seen.first, seen.last, seen.late_ms)

@@ -47,7 +47,7 @@ def kept(bench: Bench, node: Node, verdict: Verdict, *, save: bool, power: bool)
     """Return what became of changed settings over a restart."""
     observe = partial(observe_kept, node, save=save, power=power)
     seen = bench.observations.once(f"kept, saved {save}, power {power}", Kept, observe)
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     return seen.outcome
 
 
@@ -55,7 +55,7 @@ def stored_defaults(bench: Bench, node: Node, verdict: Verdict) -> Kept:
     """Return what became of defaults that were stored in the place of other values."""
     observe = partial(observe_defaults_stored, node)
     seen = bench.observations.once("defaults stored again", Kept, observe)
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     return seen.outcome
 
 
@@ -78,7 +78,7 @@ def wrong_signatures(
         held = outcome.chosen if save else outcome.found
         if all(outcome.after[key] == held[key] for key in keys if key in held):
             break
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     return seen.outcome
 
 
@@ -86,7 +86,7 @@ def restored(bench: Bench, node: Node, verdict: Verdict, sub: int, *, power: boo
     """Return what a restore of one group did."""
     observe = partial(observe_restored, node, storable.restore_of(node.spec), sub, power=power)
     seen = bench.observations.once(f"restore {sub}, power {power}", Restored, observe)
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     return seen.outcome
 
 
@@ -100,7 +100,7 @@ def unsaved(bench: Bench, node: Node, verdict: Verdict, sub: int) -> Unsaved:
     """Return what became of a restore of one group that was not stored."""
     observe = partial(observe_unsaved, node, storable.restore_of(node.spec), sub)
     seen = bench.observations.once(f"restore {sub}, not stored", Unsaved, observe)
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     return seen.outcome
 
 
@@ -125,7 +125,7 @@ def default_of(bench: Bench, node: Node, verdict: Verdict, entry: Entry) -> byte
         return own_value(node, entry)
     observe = partial(observe_defaults, node, service, storable.widest_restore(node.spec))
     seen = bench.observations.once("defaults", dict, observe)
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     data = seen.outcome[entry.key]
     if isinstance(data, ConformanceError):
         raise data

@@ -59,7 +59,7 @@ def _offered(bench: Bench, node: Node, port: MappingPort, entry: Entry, verdict:
     """Return what became of an excluded object's mapping word, offered once in a run."""
     observe = partial(mapping.refusal, node, port, [_word(entry)])
     seen = bench.observations.once(f"{entry.address} offered for mapping", Step, observe)
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     return seen.outcome
 
 

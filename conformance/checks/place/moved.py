@@ -52,7 +52,7 @@ def moved(
     observe = partial(observe_move, bench.reach, node, move)
     name = f"{change.setting} {change.figure}, saved {save}"
     seen = bench.observations.once(name, Moved, observe)
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     return seen.outcome
 
 

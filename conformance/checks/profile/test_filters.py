@@ -234,7 +234,7 @@ def _tried(bench: Bench, node: Node, stimulus: Stimulus, verdict: Verdict) -> Tr
     before, after = (tilted(node.spec, share) for share in SHARES)
     observe = partial(observe_filters, node, stimulus, rules, before, after)
     seen = bench.observations.once("filters", Tried, observe)
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     return seen.outcome
 
 

@@ -89,5 +89,5 @@ def _tried(bench: Bench, node: Node, stimulus: Stimulus, verdict: Verdict) -> Fu
     before, after = (tilted(node.spec, share) for share in SHARES)
     observe = partial(observe_fusion, node, stimulus, rules, slow, before, after)
     seen = bench.observations.once("fusion", Fused, observe)
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     return seen.outcome

@@ -99,5 +99,5 @@ def _tried(bench: Bench, node: Node, verdict: Verdict) -> Tried:
     sub = storable.widest_restore(node.spec)
     observe = partial(observe_zero_points, node, list(_points(node.spec)), restore, sub)
     seen = bench.observations.once("zero points", Tried, observe)
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     return seen.outcome

@@ -161,5 +161,5 @@ def _observed(bench: Bench, node: Node, verdict: Verdict) -> Kept:
     seen = bench.observations.once(
         "reset communication", Kept, lambda: observe_reset_communication(node)
     )
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     return seen.outcome

@@ -93,7 +93,7 @@ def _observed(
         dict,
         lambda: observe_starts(node, heartbeat, rule, restarts),
     )
-    verdict.shown_in(seen.first, seen.last)
+    verdict.shown_in(seen.first, seen.last, seen.late_ms)
     return seen.outcome
 
 
