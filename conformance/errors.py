@@ -55,6 +55,19 @@ class BenchLacks(SetupRefused):
     """The bench has not what a check turned out to need: it is skipped."""
 
 
+class HostLate(SetupRefused):
+    """The computer alone was too late for a check to judge: it may be tried again.
+
+    Args:
+        text: What it was too late for.
+        late_ms: By how much it was late.
+    """
+
+    def __init__(self, text: str, late_ms: float) -> None:
+        super().__init__(text)
+        self.late_ms = late_ms
+
+
 class NotAlone(ConformanceError):  # noqa: N818 - a state of the bench, not a fault of anyone
     """A step of a check would touch other units that are on the bus: it is skipped."""
 

@@ -14,6 +14,7 @@ from conformance.effects import Effect
 from conformance.errors import (
     BenchError,
     BenchLacks,
+    HostLate,
     NodeTimeout,
     NotAlone,
     NotNow,
@@ -168,7 +169,7 @@ class ConformanceSession:
             return report
         if call.when == "call":
             item.stash[PASSED] = error is None
-            item.stash[LATE_MS] = error.late_ms if isinstance(error, Unresolved) else 0.0
+            item.stash[LATE_MS] = error.late_ms if isinstance(error, Unresolved | HostLate) else 0.0
         if call.when == "call" or (call.when == "setup" and error is not None):
             made = self._judge(item, requirement, case, error)
             self._run.record(made)

@@ -12,18 +12,20 @@ from conformance.bench.definition import load_bench
 from conformance.bench.node.node import Node
 from conformance.bench.sensor.filters import (
     Choice,
+    Look,
     Response,
     choices,
     filters,
     moments,
     observe_filters,
+    require_looks,
 )
 from conformance.bench.sensor.fusion import observe_fusion
 from conformance.bench.sensor.settling import Settling
 from conformance.bench.sensor.stimulus import Stimulus
 from conformance.bench.session import Bench
 from conformance.bench.settings.settings import Settings
-from conformance.errors import SetupRefused
+from conformance.errors import HostLate, SetupRefused
 from conformance.resources import data
 from conformance.spec.load import load_spec
 from conformance.wire.nmt import NmtCommand
@@ -140,8 +142,33 @@ def test_filters_are_tried_without_the_fusion_and_the_fusion_without_filter(
     assert {key: node.number(*key) for key in settings} == settings
 
 
+def response_with(answered_s: float) -> Response:
+    """Return one that nobody saw for 0.3 s, of which an answer took so long."""
+    looks = (Look(0.0, 0, 0.0), Look(0.1, 10, 0.01), Look(0.4, 60, 0.01 + answered_s))
+    return Response(0, (*looks, Look(0.5, 100, 0.02 + answered_s)))
+
+
 def test_a_response_tells_how_long_nobody_looked_before_its_half() -> None:
-    response = Response(0, ((0.0, 0), (0.1, 10), (0.4, 60), (0.5, 100)))
+    response = response_with(answered_s=0.02)
 
     assert response.half_s == pytest.approx(0.4)
     assert response.unseen_s == pytest.approx(0.3)
+
+
+def test_a_computer_that_alone_kept_a_value_from_being_looked_at_is_late() -> None:
+    with pytest.raises(HostLate, match=r"nobody could look for 0\.300 s") as caught:
+        require_looks([response_with(0.02)], 0.2)
+
+    assert caught.value.late_ms == pytest.approx(275)
+
+
+@pytest.mark.parametrize("answered_s", [0.295, 0.25, 0.2])
+def test_a_node_that_kept_one_waiting_is_no_late_computer(answered_s: float) -> None:
+    with pytest.raises(SetupRefused, match="the bus is too busy") as caught:
+        require_looks([response_with(answered_s)], 0.2)
+
+    assert not isinstance(caught.value, HostLate)
+
+
+def test_a_value_that_was_looked_at_often_enough_may_be_judged() -> None:
+    require_looks([response_with(0.02)], 0.3001)

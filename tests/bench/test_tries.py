@@ -12,6 +12,7 @@ import can
 import pytest
 
 from conformance import resources
+from conformance.bench.sensor.stimulus import Stimulus
 from conformance.options import RunOptions
 from conformance.report.results import Item
 from conformance.run import Run
@@ -22,6 +23,9 @@ DEVICE = "siko_ims360"
 ITEM = "HB-01/1017h/100ms"
 """Each interval is 100 ms ± 7 ms, and their mean, over 20 of them, 100 ms ± 5 ms."""
 BEAT = 0x732
+ANSWER = 0x5B2
+FUSION = "DEV-34 and 6110"
+"""Half of a step within 0.1 s."""
 BEATS = 15
 """Fewer than the item takes of them."""
 TELLS, TELLS_NOT = "virtual", "slcan"
@@ -71,6 +75,8 @@ def judge(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Judge:
         jitter_ms: float = 0.0,
         adapter: type[LateAdapter] = LateAdapter,
         progress: Callable[[Item], None] | None = None,
+        select: str = ITEM,
+        defect: str = "",
     ) -> dict[str, Any]:
         fault = tmp_path / "fault.yaml"
         inject = f"inject: {{heartbeat_period_factor: {factor}}}"
@@ -79,7 +85,7 @@ def judge(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Judge:
         def opened(*, ignore_config: bool, interface: str, **arguments: Any) -> LateAdapter:
             assert ignore_config
             assert interface
-            faults = str(fault) if factor != 1 else ""
+            faults = str(fault) if factor != 1 else defect
             bus = adapter(**{**arguments, "channel": DEVICE, "faults": faults})
             bus.lateness = lateness
             return bus
@@ -89,7 +95,7 @@ def judge(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Judge:
         bench = tmp_path / "bench.yaml"
         own = f"channel: {DEVICE}\ntimestamp_jitter_ms: {jitter_ms}\n"
         bench.write_text(text.replace("canopen_simulator", interface) + own, encoding="utf-8")
-        options = RunOptions(DEVICE, bench=str(bench), report_dir=tmp_path / "r", select=ITEM)
+        options = RunOptions(DEVICE, bench=str(bench), report_dir=tmp_path / "r", select=select)
         made = Run(options, progress)
         play(made) if progress else run(made)
         record = json.loads((tmp_path / "r" / "results.json").read_text("utf-8"))
@@ -230,3 +236,69 @@ def test_reports_tell_of_the_tries_of_a_deviation(
 
     assert f"tried     {tried}\n" in capsys.readouterr().out
     assert f"<dt>tried<dd>{tried}\n" in (tmp_path / "r" / "report.html").read_text("utf-8")
+
+
+class Busy(LateAdapter):
+    """Lets nobody look for a while after a turn."""
+
+    turned = False
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        message = super().recv(timeout)
+        if message is not None and message.arbitration_id == ANSWER and Busy.turned:
+            Busy.turned = False
+            until_s = self.now() + 0.2
+            while (left_s := until_s - self.now()) > 1e-6:
+                following = super().recv(left_s)
+                if following is not None:
+                    self._behind.append(following)
+        return message
+
+
+@pytest.fixture
+def turns(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """At which turns the computer is busy; after the last one it is not."""
+    busy: list[bool] = []
+    turn = Stimulus.turn
+
+    def turned(stimulus: Stimulus, *angles: float) -> float:
+        began_s = turn(stimulus, *angles)
+        Busy.turned = busy.pop(0) if busy else False
+        return began_s
+
+    monkeypatch.setattr(Stimulus, "turn", turned)
+    return busy
+
+
+@pytest.mark.parametrize("interface", [TELLS, "socketcan"])
+def test_a_computer_too_late_to_look_looks_again(
+    judge: Judge, turns: list[bool], interface: str
+) -> None:
+    turns.extend([True])
+
+    item = judge(never, interface, adapter=Busy, select=FUSION)
+
+    assert (item["verdict"], item["reason"]) == ("pass", "")
+    assert item["tried"].startswith("timestamps were late by up to ")
+    assert item["tried"].count(" at try ") == 1
+
+
+def test_a_computer_always_too_late_to_look_leaves_it_open(judge: Judge, turns: list[bool]) -> None:
+    turns.extend([True] * 20)
+
+    item = judge(never, adapter=Busy, select=FUSION)
+
+    assert item["verdict"] == "inconclusive"
+    assert item["reason"].startswith("the computer is too busy: nobody could look for 0.2")
+    assert item["reason"].endswith("at each of 3 tries")
+
+
+@pytest.mark.parametrize("late", [[True], [True] * 20, [False, True]])
+def test_no_slow_fusion_passes_for_a_computer_that_is_late(
+    judge: Judge, turns: list[bool], late: list[bool]
+) -> None:
+    turns.extend(late)
+
+    item = judge(never, adapter=Busy, select=FUSION, defect="fusion-lags")
+
+    assert item["verdict"] == "fail"

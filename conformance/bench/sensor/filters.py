@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from conformance.bench.node.node import Node
 from conformance.bench.sensor.settling import MOST_S, STEPS, hertz
 from conformance.bench.sensor.stimulus import Stimulus
 from conformance.bench.settings.settings import Settings
-from conformance.errors import SetupRefused
+from conformance.errors import HostLate, SetupRefused
 from conformance.spec.behaviours import LowPassFilter
 from conformance.spec.fields import key_of
 from conformance.spec.model import DeviceSpec, Entry, Key, Range, is_legal
@@ -41,40 +41,63 @@ class Choice:
     cut_off_hz: float | None
 
 
+class Look(NamedTuple):
+    """A look at a value.
+
+    Args:
+        time_s: When its answer was there, in s since the turn.
+        value: In steps.
+        answered_s: How long answers took since the turn, of all looks together, in s.
+    """
+
+    time_s: float
+    value: int
+    answered_s: float
+
+
 @dataclass(frozen=True, slots=True)
 class Response:
     """How a value followed a sudden turn.
 
     Args:
         before: The value before it, in steps.
-        looks: Seconds since, and the value then.
+        looks: The looks since, the first at the turn itself.
     """
 
     before: int
-    looks: tuple[tuple[float, int], ...]
+    looks: tuple[Look, ...]
 
     @property
     def step(self) -> int:
         """By how much the value has changed in the end, in steps."""
-        return self.looks[-1][1] - self.before
+        return self.looks[-1].value - self.before
 
     @property
     def half_s(self) -> float:
         """When it had made half of the way, in s."""
-        return next(s for s, value in self.looks if 2 * abs(value - self.before) >= abs(self.step))
+        return self.looks[self._half].time_s
 
     @property
     def unseen_s(self) -> float:
         """How long nobody looked before it had, in s: the slower the bus, the longer."""
-        times = [s for s, _ in self.looks]
-        place = times.index(self.half_s)
-        return times[place] - times[max(place - 1, 0)]
+        return self.half_s - self.looks[max(self._half - 1, 0)].time_s
+
+    @property
+    def idle_s(self) -> float:
+        """How much of that neither an answer took nor the pause between two looks, in s."""
+        before, half = self.looks[max(self._half - 1, 0)], self.looks[self._half]
+        return max(0.0, self.unseen_s - PAUSE_S - (half.answered_s - before.answered_s))
+
+    @property
+    def _half(self) -> int:
+        far = (2 * abs(look.value - self.before) >= abs(self.step) for look in self.looks)
+        return next(place for place, reached in enumerate(far) if reached)
 
     @property
     def overshoot(self) -> float:
         """By how much it went further than in the end, in steps."""
         sign = -1 if self.step < 0 else 1
-        return max(sign * (value - self.before) for _, value in self.looks) - abs(self.step)
+        return max(sign * (look.value - self.before) for look in self.looks) - abs(self.step)
 
 
 Responses = Mapping[Key, Response]
@@ -222,19 +245,43 @@ def respond(
     """Turn the node and look at its values until they are at rest."""
     stimulus.tilt(*before)
     start = {key: node.number(*key) for key in keys}
-    looks: dict[Key, list[tuple[float, int]]] = {key: [(0.0, start[key])] for key in keys}
+    looks = {key: [Look(0.0, start[key], 0.0)] for key in keys}
     last = dict(start)
     began = stimulus.turn(*after)
-    changed_s = passed_s = 0.0
+    changed_s = passed_s = answered_s = 0.0
     while passed_s < MOST_S and (not changed_s or passed_s - changed_s < _calm_s(changed_s)):
         for key in keys:
+            asked_s, mark = node.link.time_s, node.link.mark()
             value = node.number(*key)
+            answer = node.link.since(mark, lambda _: True)[-1]
+            answered_s += max(0.0, answer.time_s - answer.late_ms / 1000 - asked_s)
             passed_s = node.link.now() - began
             if abs(value - last[key]) > STEPS:
                 last[key], changed_s = value, passed_s
-            looks[key].append((passed_s, value))
+            looks[key].append(Look(passed_s, value, answered_s))
         node.link.listen(PAUSE_S, lambda _: False)
     return {key: Response(start[key], tuple(looks[key])) for key in keys}
+
+
+def require_looks(responses: Iterable[Response], apart_s: float) -> None:
+    """Make sure that values were looked at often enough to tell times apart.
+
+    Args:
+        responses: How they followed.
+        apart_s: How far apart the times are.
+
+    Raises:
+        HostLate: They were not, and would have been on a computer that is in time.
+        SetupRefused: They were not.
+    """
+    blind = [it for it in responses if it.unseen_s > apart_s]
+    if not blind:
+        return
+    words = f"nobody could look for {max(it.unseen_s for it in blind):.3f} s"
+    if all(it.unseen_s - it.idle_s <= apart_s for it in blind):
+        late_ms = max(it.idle_s for it in blind) * 1000
+        raise HostLate(f"the computer is too busy: {words}", late_ms)
+    raise SetupRefused(f"the bus is too busy: {words}")
 
 
 def _calm_s(changed_s: float) -> float:

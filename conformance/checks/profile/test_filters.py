@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import NamedTuple
 
@@ -16,6 +16,7 @@ from conformance.bench.sensor.filters import (
     filters,
     moments,
     observe_filters,
+    require_looks,
 )
 from conformance.bench.sensor.stimulus import Stimulus
 from conformance.bench.session import Bench
@@ -138,7 +139,7 @@ def test_response_time_goes_with_the_cut_off(
     responses = [_response(seen, choice, filtered) for choice in filtered.tried]
     times = [response.half_s for response in responses]
 
-    _require_looks(responses, PROPORTION / 2 * min(times))
+    require_looks(responses, max(RESOLUTION_S, PROPORTION / 2 * min(times)))
     for rate, time in zip(rates, times, strict=True):
         verdict.at_most(f"half of a step at {rate:g} Hz", time, 1 / rate, unit="s")
     wanted = rates[-1] / rates[0]
@@ -178,7 +179,7 @@ def test_slower_filter_is_slower(
     ):
         if slow <= fast <= RESOLUTION_S:
             raise SetupRefused("both filters are too fast to be told apart through SDO")
-        _require_looks(responses, abs(slow - fast))
+        require_looks(responses, max(RESOLUTION_S, abs(slow - fast)))
         verdict.holds(
             f"half of a step with {one.selector} and with {other.selector}",
             expected="the first later",
@@ -213,19 +214,8 @@ def test_new_filter_waits_for_a_store(
     unsaved = seen.unsaved[key_of(filtered.rule.value)]
 
     tolerance = RESOLUTION_S + PROPORTION * min(slow, slow - fast)
-    _require_looks([*responses, unsaved], tolerance)
+    require_looks([*responses, unsaved], tolerance)
     verdict.within("half of a step, not stored", [unsaved.half_s], slow, tolerance, unit="s")
-
-
-def _require_looks(responses: Sequence[Response], apart_s: float) -> None:
-    """Make sure that the bus let the values be looked at often enough to tell times apart.
-
-    Raises:
-        SetupRefused: It did not.
-    """
-    unseen_s = max(response.unseen_s for response in responses)
-    if unseen_s > max(RESOLUTION_S, apart_s):
-        raise SetupRefused(f"the bus is too busy: nobody could look for {unseen_s:.3f} s")
 
 
 def _tried(bench: Bench, node: Node, stimulus: Stimulus, verdict: Verdict) -> Tried:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from functools import partial
 
 from conformance.bench.node.node import Node
-from conformance.bench.sensor.filters import LOW_HZ, choices, filters, moments
+from conformance.bench.sensor.filters import LOW_HZ, choices, filters, moments, require_looks
 from conformance.bench.sensor.fusion import Fused, observe_fusion
 from conformance.bench.sensor.stimulus import Stimulus
 from conformance.bench.session import Bench
@@ -63,6 +63,8 @@ def test_fusion_follows_at_once(
         response = responses[key_of(rule.value)]
         if abs(response.step) <= STEPS:
             raise SetupRefused("the value does not follow the tilt, see DEV-01")
+        if response.half_s > AT_ONCE_S:
+            require_looks([response], response.half_s - AT_ONCE_S)
         verdict.at_most(f"half of a step with {name}", response.half_s, AT_ONCE_S, unit="s")
 
 
