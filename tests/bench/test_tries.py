@@ -12,7 +12,9 @@ import can
 import pytest
 
 from conformance import resources
+from conformance.bench.bus.link import Stamped
 from conformance.bench.sensor.stimulus import Stimulus
+from conformance.bench.services.heartbeat import HeartbeatPort
 from conformance.options import RunOptions
 from conformance.report.results import Item
 from conformance.run import Run
@@ -302,3 +304,33 @@ def test_no_slow_fusion_passes_for_a_computer_that_is_late(
     item = judge(never, adapter=Busy, select=FUSION, defect="fusion-lags")
 
     assert item["verdict"] == "fail"
+
+
+class Dozing(LateAdapter):
+    """Takes what comes for a while and hands it over later."""
+
+    def doze(self, duration_s: float) -> None:
+        until_s = self.now() + duration_s
+        while (left_s := until_s - self.now()) > 1e-6:
+            following = SimulatorBus.recv(self, left_s)
+            if following is not None:
+                self._behind.append(following)
+
+
+def test_a_computer_that_dozes_after_the_last_heartbeat_makes_no_pause(
+    judge: Judge, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    collect = HeartbeatPort.collect
+
+    def dozing(port: HeartbeatPort, count: int, timeout_s: float) -> list[Stamped]:
+        seen = collect(port, count, timeout_s)
+        bus = port._node.link._bus
+        assert isinstance(bus, Dozing)
+        bus.doze(1.0)
+        return seen
+
+    monkeypatch.setattr(HeartbeatPort, "collect", dozing)
+
+    item = judge(never, "socketcan", adapter=Dozing, select="HB-12")
+
+    assert item["verdict"] == "pass"
