@@ -135,7 +135,14 @@ class Verdict:
         return self._add(quantity, wanted, show(actual), unit, ok=actual in expected)
 
     def holds(
-        self, quantity: str, *, expected: str, actual: str, ok: bool, resolved: bool = True
+        self,
+        quantity: str,
+        *,
+        expected: str,
+        actual: str,
+        ok: bool,
+        resolved: bool = True,
+        late_ms: float = 0.0,
     ) -> bool:
         """Judge what has no single figure; the words say what was expected and what came.
 
@@ -144,9 +151,11 @@ class Verdict:
             expected: In words.
             actual: In words.
             ok: It is as expected.
-            resolved: The bench can tell.
+            resolved: The bench can tell, but for how late times may be.
+            late_ms: By how much times may be off, where that alone leaves it open; else 0.
         """
-        return self._add(quantity, expected, actual, "", ok=ok, resolved=resolved)
+        resolved = resolved and not late_ms
+        return self._add(quantity, expected, actual, "", ok=ok, resolved=resolved, late_ms=late_ms)
 
     def within(
         self,

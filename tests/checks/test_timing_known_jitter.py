@@ -80,3 +80,21 @@ def test_intervals_that_are_off_at_random(
         (item,) = done.record["items"]
         seen.append(item["verdict"])
     assert " ".join(seen) == words
+
+
+@pytest.mark.parametrize(
+    ("faults", "words"),
+    [
+        ((), "pass pass inconclusive inconclusive"),
+        (("--fault", "tpdo-inhibit-time-ignored"), "fail fail fail inconclusive"),
+    ],
+)
+def test_tpdos_apart_by_an_inhibit_time(
+    judge: Callable[..., Any], tmp_path: Path, faults: tuple[str, ...], words: str
+) -> None:
+    seen = []
+    for jitter_ms in (0, 1, 30, 400):
+        given = ("--bench", bench(tmp_path, jitter_ms), "--select", "TPDO-11", *faults)
+        done = judge(*given, device="baumer_gim140r")
+        seen.append(done.record["items"][0]["verdict"])
+    assert " ".join(seen) == words

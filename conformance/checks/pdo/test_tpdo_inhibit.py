@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from conformance.bench.bus.link import Stamped
@@ -86,17 +87,23 @@ def test_inhibit_time_keeps_tpdos_apart(
 
     ends_ms = {"all": (apart_ms, apart_ms + event_ms), "changes": (event_ms, event_ms)}
     words = {inhibited: f"{low:g} to {high:g} ms" for inhibited, (low, high) in ends_ms.items()}
-    fitting = [words[it] for it, ends in ends_ms.items() if _within(port, seen, *ends)]
+    margins = {words[it]: _margin_ms(port, seen, *ends) for it, ends in ends_ms.items()}
+    fitting = [it for it, margin_ms in margins.items() if margin_ms >= 0]
     gaps = port.gaps_ms(seen, apart_ms)
     actual = fitting[0] if fitting else " ".join(f"{gap:.4g}" for gap in gaps) or "none seen"
     readings = readings_of(node.spec, lambda tpdo: words[tpdo.inhibited])
-    judge_reading(verdict, f"TPDOs apart, with {apart_ms:g} ms", readings, actual)
+    late_ms = verdict.uncertainty_ms()
+    margin_ms = max(margins[it] for it in readings)
+    open_ms = late_ms if abs(margin_ms) <= late_ms else 0.0
+    judge_reading(verdict, f"TPDOs apart, with {apart_ms:g} ms", readings, actual, open_ms)
 
 
-def _within(port: TpdoPort, seen: list[Stamped], low_ms: float, high_ms: float) -> bool:
+def _margin_ms(port: TpdoPort, seen: list[Stamped], low_ms: float, high_ms: float) -> float:
+    """Return how far inside two ends all intervals are, in ms; negative where one is not."""
     tolerance_ms = gap_tolerance_ms(high_ms)
     gaps = port.gaps_ms(seen, (low_ms + high_ms) / 2)
-    return bool(gaps) and all(low_ms - tolerance_ms <= it <= high_ms + tolerance_ms for it in gaps)
+    inside_ms = (min(gap - low_ms, high_ms - gap) + tolerance_ms for gap in gaps)
+    return min(inside_ms, default=-math.inf)
 
 
 @requirement(

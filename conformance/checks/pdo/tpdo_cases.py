@@ -123,10 +123,20 @@ def readings_of(spec: DeviceSpec, says: Callable[[Tpdo], str]) -> Readings:
     }
 
 
-def judge_reading(verdict: Verdict, quantity: str, readings: Readings, actual: str) -> None:
-    """Judge that the node does what a reading says, and note which one."""
-    expected = " or ".join(sorted(readings))
-    verdict.holds(quantity, expected=expected, actual=actual, ok=actual in readings)
-    followed = readings.get(actual)
+def judge_reading(
+    verdict: Verdict, quantity: str, readings: Readings, actual: str, late_ms: float = 0.0
+) -> None:
+    """Judge that the node does what a reading says, and note which one.
+
+    Args:
+        verdict: Of the check.
+        quantity: What it is.
+        readings: By what the node does.
+        actual: What it did.
+        late_ms: By how much times may be off, where that alone leaves it open; else 0.
+    """
+    expected, ok = " or ".join(sorted(readings)), actual in readings
+    verdict.holds(quantity, expected=expected, actual=actual, ok=ok, late_ms=late_ms)
+    followed = None if late_ms else readings.get(actual)
     if followed is not None:
         verdict.follows(followed.ambiguity, followed.reading)
