@@ -152,12 +152,13 @@ def test_a_response_tells_how_long_nobody_looked_before_its_half() -> None:
     response = response_with(answered_s=0.02)
 
     assert response.half_s == pytest.approx(0.4)
-    assert response.unseen_s == pytest.approx(0.3)
+    assert response.gap.unseen_s == pytest.approx(0.3)
+    assert response.longest_gap == response.gap
 
 
 def test_a_computer_that_alone_kept_a_value_from_being_looked_at_is_late() -> None:
     with pytest.raises(HostLate, match=r"nobody could look for 0\.300 s") as caught:
-        require_looks([response_with(0.02)], 0.2)
+        require_looks([response_with(0.02).gap], 0.2)
 
     assert caught.value.late_ms == pytest.approx(275)
 
@@ -165,10 +166,10 @@ def test_a_computer_that_alone_kept_a_value_from_being_looked_at_is_late() -> No
 @pytest.mark.parametrize("answered_s", [0.295, 0.25, 0.2])
 def test_a_node_that_kept_one_waiting_is_no_late_computer(answered_s: float) -> None:
     with pytest.raises(SetupRefused, match="the bus is too busy") as caught:
-        require_looks([response_with(answered_s)], 0.2)
+        require_looks([response_with(answered_s).gap], 0.2)
 
     assert not isinstance(caught.value, HostLate)
 
 
 def test_a_value_that_was_looked_at_often_enough_may_be_judged() -> None:
-    require_looks([response_with(0.02)], 0.3001)
+    require_looks([response_with(0.02).gap], 0.3001)

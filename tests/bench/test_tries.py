@@ -244,12 +244,19 @@ class Busy(LateAdapter):
     """Lets nobody look for a while after a turn."""
 
     turned = False
+    for_s = 0.2
+    after_s = 0.0
+    """When it begins, from the first answer after the turn."""
+    _answered_s: float | None = None
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
         message = super().recv(timeout)
-        if message is not None and message.arbitration_id == ANSWER and Busy.turned:
-            Busy.turned = False
-            until_s = self.now() + 0.2
+        if message is None or message.arbitration_id != ANSWER or not Busy.turned:
+            return message
+        self._answered_s = self.now() if self._answered_s is None else self._answered_s
+        if self.now() - self._answered_s >= self.after_s:
+            Busy.turned, self._answered_s = False, None
+            until_s = self.now() + self.for_s
             while (left_s := until_s - self.now()) > 1e-6:
                 following = super().recv(left_s)
                 if following is not None:
@@ -304,6 +311,41 @@ def test_no_slow_fusion_passes_for_a_computer_that_is_late(
     item = judge(never, adapter=Busy, select=FUSION, defect="fusion-lags")
 
     assert item["verdict"] == "fail"
+
+
+class AwayAtThePeak(Busy):
+    """Lets nobody look while a value passes the peak of an overshoot."""
+
+    for_s = 0.8
+    after_s = 0.5
+
+
+OVERSHOOT = "DEV-28/6110h/1"
+"""A filter that overshoots, the second one tried, with 2 Hz: it is beyond its end from 0.55 s to 1.2 s."""
+NONE = "DEV-27/6110h/2"
+"""One that does not, tried as the third and the fourth."""
+
+
+def test_an_overshoot_that_nobody_could_see_is_looked_for_again(
+    judge: Judge, turns: list[bool]
+) -> None:
+    turns.extend([False, True])
+
+    item = judge(never, adapter=AwayAtThePeak, select=OVERSHOOT)
+
+    assert (item["verdict"], item["reason"]) == ("pass", "")
+    assert item["tried"].count(" at try ") == 1
+
+
+@pytest.mark.parametrize("late", [[True] * 20, [False, False, True, True]])
+def test_no_overshoot_passes_for_a_computer_that_is_late(
+    judge: Judge, turns: list[bool], late: list[bool]
+) -> None:
+    turns.extend(late)
+
+    item = judge(never, adapter=AwayAtThePeak, select=NONE, defect="filter-overshoots")
+
+    assert item["verdict"] in ("fail", "inconclusive")
 
 
 class Dozing(LateAdapter):

@@ -55,6 +55,18 @@ class Look(NamedTuple):
     answered_s: float
 
 
+class Gap(NamedTuple):
+    """A time in which nobody looked at a value: the slower the bus, the longer.
+
+    Args:
+        unseen_s: How long, in s.
+        idle_s: How much of that neither an answer took nor the pause between two looks, in s.
+    """
+
+    unseen_s: float
+    idle_s: float
+
+
 @dataclass(frozen=True, slots=True)
 class Response:
     """How a value followed a sudden turn.
@@ -78,15 +90,19 @@ class Response:
         return self.looks[self._half].time_s
 
     @property
-    def unseen_s(self) -> float:
-        """How long nobody looked before it had, in s: the slower the bus, the longer."""
-        return self.half_s - self.looks[max(self._half - 1, 0)].time_s
+    def gap(self) -> Gap:
+        """How long nobody looked before it had."""
+        return self._gap(max(self._half, 1))
 
     @property
-    def idle_s(self) -> float:
-        """How much of that neither an answer took nor the pause between two looks, in s."""
-        before, half = self.looks[max(self._half - 1, 0)], self.looks[self._half]
-        return max(0.0, self.unseen_s - PAUSE_S - (half.answered_s - before.answered_s))
+    def longest_gap(self) -> Gap:
+        """How long nobody looked at most."""
+        return max(self._gap(place) for place in range(1, len(self.looks)))
+
+    def _gap(self, place: int) -> Gap:
+        before, after = self.looks[place - 1 : place + 1]
+        unseen_s = after.time_s - before.time_s
+        return Gap(unseen_s, max(0.0, unseen_s - PAUSE_S - (after.answered_s - before.answered_s)))
 
     @property
     def _half(self) -> int:
@@ -263,18 +279,18 @@ def respond(
     return {key: Response(start[key], tuple(looks[key])) for key in keys}
 
 
-def require_looks(responses: Iterable[Response], apart_s: float) -> None:
-    """Make sure that values were looked at often enough to tell times apart.
+def require_looks(gaps: Iterable[Gap], apart_s: float) -> None:
+    """Make sure that values were looked at often enough.
 
     Args:
-        responses: How they followed.
-        apart_s: How far apart the times are.
+        gaps: In which nobody looked at them.
+        apart_s: How long one may be.
 
     Raises:
-        HostLate: They were not, and would have been on a computer that is in time.
-        SetupRefused: They were not.
+        HostLate: One is longer, and would not be on a computer that is in time.
+        SetupRefused: One is longer.
     """
-    blind = [it for it in responses if it.unseen_s > apart_s]
+    blind = [it for it in gaps if it.unseen_s > apart_s]
     if not blind:
         return
     words = f"nobody could look for {max(it.unseen_s for it in blind):.3f} s"

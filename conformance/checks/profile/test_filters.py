@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from conformance.bench.node.node import Node
 from conformance.bench.sensor.filters import (
+    HIGH_HZ,
     LOW_HZ,
     Choice,
     Response,
@@ -36,6 +37,10 @@ SHARES = (0.1, 0.4)
 
 OVERSHOOT = 0.02
 """Share of a step that a rig on which the device is turned may overshoot itself."""
+
+PEAK = 0.2
+"""How long an overshoot lasts beyond what the rig may add, by the cut-off frequency: 0.38 of its inverse
+with a Butterworth filter of second order."""
 
 PROPORTION = 0.2
 """How far times may be out of proportion: the device and the bus add theirs to the filter's."""
@@ -95,6 +100,7 @@ def test_filter_does_not_overshoot(
 
     for choice in filtered.tried:
         response = _response(seen, choice, filtered)
+        _require_peak(response, choice)
         verdict.at_most("overshoot", response.overshoot, _most_overshoot(response), unit="steps")
 
 
@@ -113,7 +119,18 @@ def test_filter_overshoots(
 
     for choice in filtered.tried:
         response = _response(seen, choice, filtered)
+        _require_peak(response, choice)
         verdict.at_least("overshoot", response.overshoot, _most_overshoot(response), unit="steps")
+
+
+def _require_peak(response: Response, choice: Choice) -> None:
+    """Make sure that an overshoot would have been seen, unless one was.
+
+    Raises:
+        SetupRefused: Nobody looked at the value for so long that it may have passed.
+    """
+    if response.overshoot <= _most_overshoot(response):
+        require_looks([response.longest_gap], PEAK / (choice.cut_off_hz or HIGH_HZ))
 
 
 def _responding(spec: DeviceSpec, rule: LowPassFilter) -> Iterable[tuple[Choice, ...]]:
@@ -139,7 +156,8 @@ def test_response_time_goes_with_the_cut_off(
     responses = [_response(seen, choice, filtered) for choice in filtered.tried]
     times = [response.half_s for response in responses]
 
-    require_looks(responses, max(RESOLUTION_S, PROPORTION / 2 * min(times)))
+    gaps = [response.gap for response in responses]
+    require_looks(gaps, max(RESOLUTION_S, PROPORTION / 2 * min(times)))
     for rate, time in zip(rates, times, strict=True):
         verdict.at_most(f"half of a step at {rate:g} Hz", time, 1 / rate, unit="s")
     wanted = rates[-1] / rates[0]
@@ -173,13 +191,14 @@ def test_slower_filter_is_slower(
 
     responses = [_response(seen, choice, filtered) for choice in filtered.tried]
     times = [response.half_s for response in responses]
+    gaps = [response.gap for response in responses]
 
     for slow, fast, one, other in zip(
         times, times[1:], filtered.tried, filtered.tried[1:], strict=False
     ):
         if slow <= fast <= RESOLUTION_S:
             raise SetupRefused("both filters are too fast to be told apart through SDO")
-        require_looks(responses, max(RESOLUTION_S, abs(slow - fast)))
+        require_looks(gaps, max(RESOLUTION_S, abs(slow - fast)))
         verdict.holds(
             f"half of a step with {one.selector} and with {other.selector}",
             expected="the first later",
@@ -214,7 +233,7 @@ def test_new_filter_waits_for_a_store(
     unsaved = seen.unsaved[key_of(filtered.rule.value)]
 
     tolerance = RESOLUTION_S + PROPORTION * min(slow, slow - fast)
-    require_looks([*responses, unsaved], tolerance)
+    require_looks([it.gap for it in (*responses, unsaved)], tolerance)
     verdict.within("half of a step, not stored", [unsaved.half_s], slow, tolerance, unit="s")
 
 
