@@ -1,8 +1,9 @@
-"""Numbers as users write them on the command line."""
+"""Numbers as users write them on the command line, and as they read them."""
 
 from __future__ import annotations
 
 import re
+from decimal import Decimal
 from typing import Final
 
 from conformance.errors import SpecError
@@ -32,3 +33,10 @@ def node_ids(option: str, text: str) -> list[int]:
     if len(set(numbers)) < len(numbers):
         raise SpecError(f"{option}: expected each node-ID once, got {text!r}")
     return numbers
+
+
+def figure(value: float, digits: int) -> str:
+    """Return a number with so many digits that count, more before the point if it has them, and no exponent."""
+    if abs(value) >= 10**digits:
+        return f"{value:.0f}"
+    return format(Decimal(f"{value:.{digits}g}"), "f")

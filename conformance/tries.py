@@ -19,6 +19,7 @@ import pytest
 from _pytest.runner import runtestprotocol  # what runs an item, not exported
 
 from conformance.checks import LATE_MS, VERDICT
+from conformance.numbers import figure
 from conformance.report.results import Item
 from conformance.run import Run
 
@@ -107,7 +108,9 @@ def _decided(late: Sequence[Late], last: Item) -> Item:
         last = late[-1].item
     if last is late[-1].item and len(late) > 1:
         last = replace(last, reason=f"{last.reason}, at each of {len(late)} tries")
-    words = (f"{it.late_ms:.2g} ms at try {n} ({it.item.trace})" for n, it in enumerate(late, 1))
+    words = (
+        f"{figure(it.late_ms, 2)} ms at try {n} ({it.item.trace})" for n, it in enumerate(late, 1)
+    )
     return replace(last, tried=f"timestamps were late by up to {', '.join(words)}")
 
 

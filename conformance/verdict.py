@@ -6,6 +6,8 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias, TypeVar
 
+from conformance.numbers import figure
+
 T = TypeVar("T")
 VerdictWord: TypeAlias = Literal["pass", "fail", "inconclusive", "skipped", "not_applicable"]
 
@@ -179,7 +181,7 @@ class Verdict:
             over: How many periods a figure is the mean of.
             doubt: By how much the bench may have put a figure off, beside its times.
         """
-        expected = f"{nominal:g} {unit} ± {tolerance:g} {unit}"
+        expected = f"{figure(nominal, 6)} {unit} ± {figure(tolerance, 6)} {unit}"
         if not actual:
             return self._add(quantity, expected, "none seen", unit, ok=False)
         worst = max(range(len(actual)), key=lambda n: abs(actual[n] - nominal))
@@ -194,7 +196,7 @@ class Verdict:
         self, quantity: str, actual: float, limit: float, *, unit: str, over: int = 1
     ) -> bool:
         """Judge that a figure, the mean of so many periods, is not below a limit."""
-        expected = f"at least {limit:g} {unit}"
+        expected = f"at least {figure(limit, 6)} {unit}"
         figures = Figures((actual,), least=limit)
         return self._measured(quantity, expected, actual, "", actual - limit, unit, figures, over)
 
@@ -202,7 +204,7 @@ class Verdict:
         self, quantity: str, actual: float, limit: float, *, unit: str, doubt: float = 0.0
     ) -> bool:
         """Judge that a figure, which the bench may have put off by so much, is not above a limit."""
-        expected = f"at most {limit:g} {unit}"
+        expected = f"at most {figure(limit, 6)} {unit}"
         figures = Figures((actual,), most=limit)
         margin = limit - actual
         return self._measured(quantity, expected, actual, "", margin, unit, figures, doubt=doubt)
@@ -253,13 +255,13 @@ class Verdict:
         """Judge a figure by how far inside its limits it is, negative where it is not."""
         late_ms = max(self.uncertainty_ms(), self.shown_late_ms)
         uncertainty = late_ms * _PER_MS.get(unit, 0.0) / over + doubt
-        words = f" ± {uncertainty:.2g} {unit}" if uncertainty else ""
+        words = f" ± {figure(uncertainty, 2)} {unit}" if uncertainty else ""
         resolved = not uncertainty or abs(margin) > uncertainty
         open_anyway = doubt > 0 and abs(margin) <= doubt
         return self._add(
             quantity,
             expected,
-            f"{actual:.4g} {unit}{words}{of}",
+            f"{figure(actual, 4)} {unit}{words}{of}",
             unit,
             ok=margin >= 0,
             resolved=resolved,

@@ -10,6 +10,7 @@ from typing import Final
 
 from conformance.comparing.baseline import KnownDeviation
 from conformance.comparing.comparison import Change, Comparison
+from conformance.numbers import figure
 from conformance.report.console import Terminal
 from conformance.report.printable import printable
 
@@ -126,11 +127,11 @@ def _known(change: Change) -> tuple[str, ...]:
 
 def _span(span: tuple[float, float], unit: str) -> str:
     least, most = span
-    return _figure(least, unit) if least == most else f"{least:.5g} to {_figure(most, unit)}"
+    return _figure(least, unit) if least == most else f"{figure(least, 5)} to {_figure(most, unit)}"
 
 
 def _figure(value: float, unit: str) -> str:
-    return f"{value:.5g} {unit}".strip()
+    return f"{figure(value, 5)} {unit}".strip()
 
 
 def _escaped(text: str) -> str:

@@ -6,6 +6,7 @@ from conformance.lots.inspection import Inspection, Try, Unit
 from conformance.lots.lot_file import Lot
 from conformance.lots.statistics import Quantity, Statistics
 from conformance.lots.verdict import LotVerdict
+from conformance.numbers import figure
 from conformance.report.console import Terminal
 from conformance.report.pages import render
 from conformance.report.printable import printable
@@ -131,21 +132,21 @@ def quantity_row(it: Quantity) -> tuple[str, str, str, str, str, str]:
     limits = f"{_number(it.least)} to {_number(it.most)} {it.unit}"
     notable = []
     if it.drift_per_unit is not None:
-        notable.append(f"drifts by {it.drift_per_unit:.3g} {it.unit} per unit")
+        notable.append(f"drifts by {figure(it.drift_per_unit, 3)} {it.unit} per unit")
     if it.outliers:
         notable.append(f"outliers: {', '.join(map(str, it.outliers))}")
     return (
         f"{it.item} {it.quantity}",
         limits,
-        f"{it.mean:.5g}",
-        f"{it.spread:.3g}",
+        figure(it.mean, 5),
+        figure(it.spread, 3),
         "-" if it.cpk is None else f"{it.cpk:.2f}",
         "; ".join(notable),
     )
 
 
 def _number(limit: float | None) -> str:
-    return "-" if limit is None else f"{limit:g}"
+    return "-" if limit is None else figure(limit, 6)
 
 
 def to_html(lot: Lot, inspection: Inspection, verdict: LotVerdict, numbers: Statistics) -> str:

@@ -12,6 +12,7 @@ from io import StringIO
 from math import isfinite, log10
 from typing import TYPE_CHECKING, Any, Final
 
+from conformance.numbers import figure
 from conformance.report.record import ResponseTimes
 from conformance.report.results import Item
 
@@ -122,11 +123,11 @@ def _figures(rows: Sequence[_Row]) -> list[tuple[str, ...]]:
         (
             row.name,
             str(len(row.values)),
-            f"{row.least:g} {row.unit}",
-            f"{row.most:g} {row.unit}",
-            f"{min(row.values):.6g} {row.unit}",
-            f"{sum(row.values) / len(row.values):.6g} {row.unit}",
-            f"{max(row.values):.6g} {row.unit}",
+            f"{figure(row.least, 6)} {row.unit}",
+            f"{figure(row.most, 6)} {row.unit}",
+            f"{figure(min(row.values), 6)} {row.unit}",
+            f"{figure(sum(row.values) / len(row.values), 6)} {row.unit}",
+            f"{figure(max(row.values), 6)} {row.unit}",
         )
         for row in rows
     ]
@@ -170,7 +171,7 @@ def _intervals(name: str, title: str, rows: Sequence[_Row]) -> Plot | None:
 
 
 def _label(row: _Row) -> str:
-    return f"{row.name}: {row.nominal:g} {row.unit} ± {(row.most - row.least) / 2:g} {row.unit}"
+    return f"{row.name}: {figure(row.nominal, 6)} {row.unit} ± {figure((row.most - row.least) / 2, 6)} {row.unit}"
 
 
 def _histogram(axes: Axes, parts: Sequence[float], place: int) -> None:
@@ -240,7 +241,7 @@ def _response_times(times: ResponseTimes) -> Plot | None:
         )
         ticks = [base * 10**power for power in range(-3, 6) for base in (1, 2, 5)]
         inside = [tick for tick in ticks if low[0] <= tick <= steps[-1][0]]
-        axes.set_xticks([log10(tick) for tick in inside], [f"{tick:g}" for tick in inside])
+        axes.set_xticks([log10(tick) for tick in inside], [figure(tick, 6) for tick in inside])
         axes.set_xlabel("longest wait for a response in a transfer, ms")
         axes.set_ylabel("transfers")
 
@@ -250,7 +251,7 @@ def _response_times(times: ResponseTimes) -> Plot | None:
         "logarithmic."
     )
     rows = [
-        (f"{first:.4g} to {edge:.4g} ms", str(count))
+        (f"{figure(first, 4)} to {figure(edge, 4)} ms", str(count))
         for first, (edge, count) in zip(low, steps, strict=True)
         if count
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterator
 
+from conformance.numbers import figure
 from conformance.report.frames import TraceFile
 from conformance.report.record import Origin, Record
 
@@ -80,7 +81,7 @@ def _rate(origin: Origin) -> str:
 
 def milliseconds(value: float) -> str:
     """Return a time of so many ms as people write it: two digits that count, and no exponent."""
-    return f"{value:.0f} ms" if value >= 10 else f"{value:.2g} ms"
+    return f"{figure(value, 2)} ms"
 
 
 def _times(origin: Origin) -> Iterator[tuple[str, object]]:

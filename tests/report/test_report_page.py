@@ -402,7 +402,14 @@ def test_the_page_of_a_recording_says_so_and_speaks_of_no_bench(tmp_path: Path, 
 
 @pytest.mark.parametrize(
     ("value", "words"),
-    [(0.0, "0 ms"), (0.25, "0.25 ms"), (3.61, "3.6 ms"), (9.96, "10 ms"), (123.4, "123 ms")],
+    [
+        (0.0, "0 ms"),
+        (0.25, "0.25 ms"),
+        (3.61, "3.6 ms"),
+        (9.96, "10 ms"),
+        (123.4, "123 ms"),
+        (2e-5, "0.00002 ms"),
+    ],
 )
 def test_milliseconds_have_no_exponent(value: float, words: str) -> None:
     assert milliseconds(value) == words

@@ -33,6 +33,7 @@ from conformance.checks.pdo.tpdos import (
 )
 from conformance.checks.steps import COB_ID_SUB, tpdo_service
 from conformance.errors import SetupRefused
+from conformance.numbers import figure
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec
 from conformance.verdict import Verdict
@@ -90,7 +91,7 @@ def test_inhibit_time_keeps_tpdos_apart(
     margins = {words[it]: _margin_ms(port, seen, *ends) for it, ends in ends_ms.items()}
     fitting = [it for it, margin_ms in margins.items() if margin_ms >= 0]
     gaps = port.gaps_ms(seen, apart_ms)
-    actual = fitting[0] if fitting else " ".join(f"{gap:.4g}" for gap in gaps) or "none seen"
+    actual = fitting[0] if fitting else " ".join(figure(gap, 4) for gap in gaps) or "none seen"
     readings = readings_of(node.spec, lambda tpdo: words[tpdo.inhibited])
     late_ms = verdict.uncertainty_ms()
     margin_ms = max(margins[it] for it in readings)

@@ -33,6 +33,7 @@ from conformance.checks.pdo.tpdos import (
     waiting,
 )
 from conformance.errors import SetupRefused
+from conformance.numbers import figure
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.document import Tpdo
 from conformance.spec.model import DeviceSpec, is_legal
@@ -230,7 +231,7 @@ def _outcome(
         ):
             return word
     found_ms = port.mean_ms(seen, before_ms)
-    return f"sent every {found_ms[0]:.4g} ms" if found_ms else "not sent any more"
+    return f"sent every {figure(found_ms[0], 4)} ms" if found_ms else "not sent any more"
 
 
 def _starts_at_once(spec: DeviceSpec) -> Iterable[Case]:

@@ -22,6 +22,7 @@ from conformance.checks.profile.slopes import (
     targets,
 )
 from conformance.checks.waiting import at_need, require_writable_now
+from conformance.numbers import figure
 from conformance.requirements import Case, requirement
 from conformance.spec.fields import key_of
 from conformance.spec.model import DeviceSpec, Entry
@@ -154,7 +155,9 @@ def test_new_resolution_and_the_offsets(
     ]
     verdict.holds(
         f"offset and differential offset with {new.entry.address} = {value}",
-        expected=" or ".join(f"{a:.4g} and {b:.4g}" for a, b in (held[what] for what in changes)),
+        expected=" or ".join(
+            f"{figure(a, 4)} and {figure(b, 4)}" for a, b in (held[what] for what in changes)
+        ),
         actual=f"{got[0]} and {got[1]}",
         ok=bool(fitting),
     )

@@ -13,6 +13,7 @@ from conformance.bench.services.heartbeat import HeartbeatPort
 from conformance.checks.limits import gap_tolerance_ms, mean_tolerance_ms
 from conformance.checks.steps import require_alive
 from conformance.errors import SetupRefused
+from conformance.numbers import figure
 from conformance.requirements import CIA301, Case, requirement
 from conformance.spec.model import DeviceSpec, OtherServices, address
 from conformance.verdict import Verdict
@@ -223,4 +224,4 @@ def _followed(node: Node, beats: list[Stamped], known: dict[str, int]) -> str:
         found_ms = mean_ms(node.link, beats, period_ms)[0]
         if abs(found_ms - period_ms) <= mean_tolerance_ms(period_ms):
             return word
-    return f"confirmed, and a period of {found_ms:.4g} ms"
+    return f"confirmed, and a period of {figure(found_ms, 4)} ms"
