@@ -108,6 +108,41 @@ def test_a_computer_that_was_busy_knows_less() -> None:
     assert link.uncertainty_ms() == 0
 
 
+class StampingBus(HostBus):
+    """A bus whose frames have timestamps of an adapter, on a clock of its own."""
+
+    AHEAD_S = 500.0
+    FASTER = 5e-5
+
+    def recv(self, timeout: float) -> Any:
+        message = None
+        if self._arrivals and self._arrivals[0][0] <= self.now_s + timeout:
+            there_s, delay_s = self._arrivals.pop(0)
+            self.now_s = max(self.now_s, there_s + delay_s)
+            message = Message()
+            message.timestamp = self.stamp_s(there_s)
+            return message
+        self.now_s += timeout
+        return message
+
+    @classmethod
+    def stamp_s(cls, at_s: float) -> float:
+        return cls.AHEAD_S + at_s * (1 + cls.FASTER)
+
+
+class SlowlyStampingBus(StampingBus):
+    FASTER = -5e-5
+
+
+@pytest.mark.parametrize("kind", [StampingBus, SlowlyStampingBus])
+def test_a_frame_taken_over_late_does_not_put_the_clock_back(kind: type[StampingBus]) -> None:
+    bus = kind([*((n * 0.1, 0.0) for n in range(1, 600)), (60.0, 0.4)])
+    link = link_of(bus)
+    link.stamps = Stamps("adapter", 0.0)
+    assert len(link.listen(60.2, lambda _: True)) == 600
+    assert link.time_s == pytest.approx(kind.stamp_s(bus.now_s), abs=1e-4)
+
+
 def clock(wall_step_s: float, mono_step_s: float) -> WallClock:
     mono = iter([0.0, 0.0, mono_step_s, mono_step_s])
     wall = iter([1e9, 1e9 + wall_step_s])

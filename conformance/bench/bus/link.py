@@ -36,6 +36,9 @@ Match: TypeAlias = Callable[[Frame], bool]
 BREAK_S = 2e-4
 """Between frames that follow each other without a break adapters see no more than this."""
 
+DRIFT = 1e-4
+"""Clocks of adapters and computers go apart more slowly than this, in proportion to the time."""
+
 _NODE_ID = 0x7F
 
 
@@ -97,7 +100,7 @@ class Link:
         self._around = around
         self._take_up(bus)
         self._offset_s = 0.0 if self.simulated else time.time() - time.monotonic()
-        self._least_late_s = -math.inf
+        self._met_s: float | None = None
         self.stamps = stamps or Stamps("bus", 0.0)
         self.stamps.nothing(self.now())
         self._clock = WallClock() if self.simulated is None else None
@@ -126,7 +129,7 @@ class Link:
             yield
         finally:
             self._take_up(reopen())
-            self._least_late_s = -math.inf
+            self._met_s = None
             self.forget()
 
     def use_bitrate(self, bitrate: int) -> None:
@@ -147,7 +150,7 @@ class Link:
             except BenchError:
                 self._bus = self._reopen(self.bus_time.bitrate)
                 raise
-            self._least_late_s = -math.inf
+            self._met_s = None
         self.bus_time.bitrate = bitrate
 
     @property
@@ -213,7 +216,7 @@ class Link:
             stamped = self._received(message, now_s)
             end_s = stamped.time_s
             if self.simulated is None:
-                end_s -= self._offset_s if self.stamps.by_host else self._least_late_s
+                end_s -= self._offset_s
             self.bus_time.received(stamped.frame, start_s, end_s)
             return stamped
 
@@ -241,14 +244,25 @@ class Link:
         if self.stamps.by_host:
             time_s = now_s + self._offset_s
         elif self.simulated is None:
-            self._offset_s = message.timestamp - now_s
-            self._least_late_s = max(self._least_late_s, self._offset_s)
+            self._meet(message.timestamp, now_s)
         try:
             frame = to_frame(message)
         except WireError as error:
             raise BenchError(f"the adapter handed over what is no CAN frame: {error}") from error
         late_ms = self.stamps.late_ms(now_s, self._duration_s(frame))
         return self._keep(frame, time_s, received=True, late_ms=late_ms)
+
+    def _meet(self, stamp_s: float, now_s: float) -> None:
+        """Learn how far the clock of the timestamps is ahead, by the frame that was taken over least late.
+
+        Args:
+            stamp_s: Of a frame.
+            now_s: When it was taken over.
+        """
+        ahead_s = stamp_s - now_s
+        if self._met_s is not None:
+            ahead_s = max(ahead_s, self._offset_s - DRIFT * (now_s - self._met_s))
+        self._offset_s, self._met_s = ahead_s, now_s
 
     def _keep(
         self, frame: Frame, time_s: float, *, received: bool, late_ms: float = 0.0
