@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
+import threading
+from _thread import interrupt_main
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -156,8 +158,17 @@ def _at(port: Connection) -> dict[str, Any]:
     return {"interface": HUB, "channel": "hub", "connection": port}
 
 
+def _end_with_parent() -> None:
+    """Interrupt the run, which gives its unit back, when the process that asked for it was killed."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        interrupt_main()
+
+
 def _work(connection: Connection, port: Connection | None, judging: Judging) -> None:
     """Judge the units of one place on the bus, until nobody asks any more."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     hub = None if port is None else _at(port)
 
     def turn() -> None:

@@ -143,6 +143,18 @@ power: none
 """
 
 
+def ended(folder: Path, unit: int) -> dict[str, Any]:
+    """Return what a unit's run came to, once it is over."""
+    path = folder / f"record/units/{unit}-1/results.json"
+    deadline_s = time.monotonic() + 60
+    while time.monotonic() < deadline_s:
+        content = json.loads(path.read_text("utf-8")) if path.exists() else {"run": {}}
+        if "finished" in content["run"]:
+            return dict(content["summary"])
+        time.sleep(0.05)
+    raise TimeoutError(path)
+
+
 def test_a_person_connects_them_and_a_killed_inspection_tells_how_they_are_brought_back(
     tmp_path: Path,
 ) -> None:
@@ -168,8 +180,13 @@ def test_a_person_connects_them_and_a_killed_inspection_tells_how_they_are_broug
                 assert line, said
                 said += line
             assert "connect unit 1, unit 2 fresh from the box, and no other" in said
+            begun = [tmp_path / f"record/units/{unit}-1/trace.log" for unit in (1, 2)]
+            while not all(it.exists() for it in begun):
+                time.sleep(0.05)
             time.sleep(0.5)
             person.send_signal(signal.SIGKILL)
+        for unit in (1, 2):
+            assert ended(tmp_path, unit)["aborted"].startswith("interrupted")
         assert commissioned(tmp_path, 1) == [(1, "given"), (2, "given")]
         told = subprocess.run(
             [*COMMAND, *arguments],
