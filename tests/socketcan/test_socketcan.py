@@ -32,11 +32,15 @@ def guest(script: str, *arguments: str, folder: Path) -> vcan_guest.Done:
     return vcan_guest.in_guest(command, folder, LONGEST_S)
 
 
-def by_identifier(log: Path) -> dict[str, list[str]]:
-    """Return the frames of a log in candump's format, by their identifier."""
-    frames: dict[str, list[str]] = defaultdict(list)
+def by_identifier(log: Path) -> dict[tuple[str, bool], list[str]]:
+    """Return the frames of a log in candump's format, by their identifier, remote frames for themselves.
+
+    Each is sent by one side alone; what both sides send at the same moment is noted in either order.
+    """
+    frames: dict[tuple[str, bool], list[str]] = defaultdict(list)
     for frame in LINE.findall(log.read_text("ascii")):
-        frames[frame.partition("#")[0]].append(frame)
+        identifier, _, data = frame.partition("#")
+        frames[identifier, data.startswith("R")].append(frame)
     return frames
 
 
