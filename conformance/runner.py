@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from conformance.bench.node.interrupts import interruptible
 from conformance.errors import BenchError, ConformanceError, SpecError
+from conformance.interrupts import interruptible
 from conformance.report.console import console
 from conformance.report.plan import print_plan
 from conformance.report.record import read_record

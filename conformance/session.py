@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from conformance.bench.node.interrupts import interruptible
 from conformance.checks import BENCH, LATE_MS, PASSED, VERDICT
 from conformance.effects import Effect
 from conformance.errors import (
@@ -21,6 +20,7 @@ from conformance.errors import (
     SetupRefused,
     SpecError,
 )
+from conformance.interrupts import interruptible
 from conformance.judged import item_id
 from conformance.options import RunOptions
 from conformance.report.plan import Planned

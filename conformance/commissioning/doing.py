@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from conformance.bench.definition import BenchDefinition
-from conformance.bench.node.interrupts import interruptible
 from conformance.bench.session import Bench
 from conformance.commissioning.by_lss import ByLss
 from conformance.commissioning.by_objects import ByObjects
 from conformance.commissioning.procedure import Procedure
 from conformance.commissioning.record import Record
 from conformance.errors import SpecError
+from conformance.interrupts import interruptible
 from conformance.spec.model import DeviceSpec
 
 TRACE: Final = ".log"

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 from conformance.bench.given_back.seeking import BROADCAST, answering
-from conformance.bench.node.interrupts import uninterrupted
 from conformance.bench.node.node import Node
 from conformance.bench.node.reach import Place
 from conformance.bench.session import SERIAL_NUMBER, Bench
 from conformance.commissioning.record import State, Unit
 from conformance.errors import ConformanceError, NodeTimeout, SetupRefused
+from conformance.interrupts import uninterrupted
 from conformance.spec.model import DeviceSpec
 
 NONE_RESTARTED: Final = (

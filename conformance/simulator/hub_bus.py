@@ -9,6 +9,7 @@ from typing import Any
 
 import can
 
+from conformance.interrupts import uninterrupted
 from conformance.messages import to_frame
 from conformance.rig_calls import RigCalls
 from conformance.simulator.hub import Received, nanoseconds
@@ -47,8 +48,9 @@ class HubBus(RigCalls, can.BusABC):
         """Return the next frame, None after the timeout in simulated seconds; None waits for ever."""
         if not self._received:
             wait_ns = None if timeout is None else nanoseconds(timeout)
-            self._now_ns, received = self._ask("recv", wait_ns)
-            self._received.extend(received)
+            with uninterrupted():
+                self._now_ns, received = self._ask("recv", wait_ns)
+                self._received.extend(received)
         if not self._received:
             return None
         end_ns, frame = self._received.popleft()
@@ -90,11 +92,13 @@ class HubBus(RigCalls, can.BusABC):
         return answer
 
     def _ask(self, what: str, *arguments: object) -> Any:
-        self._tell(what, *arguments)
-        try:
-            return self._connection.recv()
-        except (EOFError, OSError) as error:
-            raise can.CanOperationError(f"{self.channel_info} is gone") from error
+        """Return an answer; an interrupt before it is there would leave it to the next question."""
+        with uninterrupted():
+            self._tell(what, *arguments)
+            try:
+                return self._connection.recv()
+            except (EOFError, OSError) as error:
+                raise can.CanOperationError(f"{self.channel_info} is gone") from error
 
     def _tell(self, what: str, *arguments: object) -> None:
         try:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import can
 import pytest
 
+from conformance.interrupts import interruptible
 from conformance.simulator.channel import build_bus
 from conformance.simulator.hub import Hub
 from conformance.simulator.hub_bus import HubBus
@@ -112,3 +115,19 @@ def test_who_is_gone_holds_nobody_up(join: Join, hub: Hub) -> None:
     assert one.recv(3) is not None
     with pytest.raises(can.CanOperationError, match="is gone"):
         other.recv(1)
+
+
+def test_an_answer_that_was_interrupted_is_not_taken_for_the_next_one(join: Join) -> None:
+    one, other = join(11), join(12)
+    waiting = threading.get_ident()
+
+    def interrupt_then_let_time_pass() -> None:
+        signal.pthread_kill(waiting, signal.SIGINT)
+        other.shutdown()
+
+    with interruptible():
+        threading.Timer(0.3, interrupt_then_let_time_pass).start()
+        with pytest.raises(KeyboardInterrupt):
+            one.recv(0.1)
+        assert one.frame_count == 0
+        assert until(one, 1.0) == pytest.approx(1.0)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from conformance.bench.given_back.journal import Found, Held
-from conformance.bench.node.interrupts import uninterrupted
 from conformance.bench.node.node import Node
 from conformance.bench.node.offsets import bring_back, read_offsets
 from conformance.bench.node.sdo import Transfer
@@ -14,6 +13,7 @@ from conformance.bench.services.heartbeat import NO_HEARTBEAT, HeartbeatPort, na
 from conformance.bench.session import Bench
 from conformance.bench.settings.settings import Settings, is_setting
 from conformance.errors import NodeTimeout, SetupRefused
+from conformance.interrupts import uninterrupted
 from conformance.spec.model import Entry, Key
 from conformance.wire.nmt import NmtCommand, NmtState
 

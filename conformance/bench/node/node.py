@@ -8,13 +8,13 @@ from functools import partial
 
 from conformance.bench.bus.link import Link, Stamped
 from conformance.bench.node.channel import SdoChannel
-from conformance.bench.node.interrupts import uninterrupted
 from conformance.bench.node.keeping import memory_keys, store_words
 from conformance.bench.node.offsets import offset_steps
 from conformance.bench.node.sdo import SdoPort, Transfer
 from conformance.bench.node.setup_client import SetupClient
 from conformance.bench.surroundings.power import Supply
 from conformance.errors import NodeTimeout, SetupRefused
+from conformance.interrupts import uninterrupted
 from conformance.spec.model import DeviceSpec, Entry, Key, address
 from conformance.wire import cob_id
 from conformance.wire.datatypes import Value

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from conformance.bench.bus.link import Link
 from conformance.bench.node.channel import SdoChannel
-from conformance.bench.node.interrupts import uninterrupted
 from conformance.bench.node.node import Node
 from conformance.errors import BenchError, BenchLacks, NodeTimeout, SetupRefused
+from conformance.interrupts import uninterrupted
 from conformance.spec.bit_rates import documented_rates
 from conformance.spec.model import DeviceSpec, Key
 from conformance.wire import cob_id

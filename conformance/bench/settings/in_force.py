@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from conformance.bench.node.interrupts import uninterrupted
 from conformance.bench.node.node import Node
 from conformance.bench.node.offsets import all_offset_steps, read_offsets
 from conformance.bench.settings.settings import Settings, Values
 from conformance.errors import SetupRefused
+from conformance.interrupts import uninterrupted
 from conformance.spec.model import Entry, Key
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 
-from conformance.bench.node.interrupts import uninterrupted
 from conformance.bench.node.keeping import groups_of
 from conformance.bench.node.node import Node
 from conformance.errors import NodeTimeout, SetupRefused
+from conformance.interrupts import uninterrupted
 from conformance.spec.behaviours import Slope
 from conformance.spec.document import Tpdo
 from conformance.spec.fields import key_of

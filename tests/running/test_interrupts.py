@@ -11,9 +11,9 @@ import pytest
 from conformance import resources
 from conformance.bench.bus.link import Link
 from conformance.bench.definition import load_bench
-from conformance.bench.node.interrupts import interruptible, uninterrupted
 from conformance.bench.node.reach import Place
 from conformance.bench.session import Bench
+from conformance.interrupts import interruptible, uninterrupted
 from conformance.spec.load import load_spec
 
 AWAY = 500_000
