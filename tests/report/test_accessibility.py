@@ -9,8 +9,9 @@ from typing import Any, Literal
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped]  # no annotations
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, ViewportSize, sync_playwright
 
+WIDTHS_PX = (1280, 390)
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FOURTH = Path(__file__).parents[1] / "checks" / "fourth_device.yaml"
 LOT = """format: 1
@@ -38,12 +39,18 @@ def browser() -> Iterator[Browser]:
 
 
 def violations(browser: Browser, page: Path) -> list[tuple[str, str, str]]:
-    """Return the rules that a page breaks, each with the colour scheme and the first element."""
+    """Return the rules that a page breaks, all of it unfolded, each with the colour scheme and the first element.
+
+    It is looked at light on a wide screen, and dark on one as narrow as a telephone's.
+    """
     found: list[tuple[str, str, str]] = []
     schemes: tuple[Literal["light", "dark"], ...] = ("light", "dark")
-    for scheme in schemes:
-        shown = browser.new_page(color_scheme=scheme)
+    for scheme, width in zip(schemes, WIDTHS_PX, strict=True):
+        shown = browser.new_page(
+            color_scheme=scheme, viewport=ViewportSize(width=width, height=800)
+        )
         shown.goto(page.as_uri())
+        shown.eval_on_selector_all("details", "all => all.forEach(it => it.open = true)")
         broken = Axe().run(shown).response["violations"]
         found += [(scheme, it["id"], it["nodes"][0]["html"]) for it in broken]
         shown.close()
@@ -51,17 +58,22 @@ def violations(browser: Browser, page: Path) -> list[tuple[str, str, str]]:
 
 
 @pytest.mark.parametrize(
-    "arguments",
+    ("exit_code", "arguments"),
     [
-        pytest.param(["--select", "HB or OD-09"], id="conforming"),
+        pytest.param(0, ["--select", "HB or OD-09"], id="conforming"),
         pytest.param(
+            1,
             ["--select", "HB or OD-09 or DEV-38", "--fault", "heartbeat-slow-10-percent"],
             id="deviating",
         ),
     ],
 )
-def test_the_report_of_a_run(judge: Command, browser: Browser, arguments: list[str]) -> None:
-    assert violations(browser, judge(*arguments).folder / "report.html") == []
+def test_the_report_of_a_run(
+    judge: Command, browser: Browser, exit_code: int, arguments: list[str]
+) -> None:
+    done = judge(*arguments)
+    assert done.code == exit_code, done.out
+    assert violations(browser, done.folder / "report.html") == []
 
 
 def test_the_report_of_a_recording(
@@ -88,7 +100,23 @@ def test_the_page_of_defects(command: Command, browser: Browser, tmp_path: Path)
     assert violations(browser, tmp_path / "tried" / "mutants.html") == []
 
 
-def test_a_page_that_is_not_usable_is_seen(browser: Browser, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("html", "rule"),
+    [
+        ("<p style='color: #999; background: #fff'>grey", "color-contrast"),
+        (
+            "<details><summary>more</summary><p style='color: #999; background: #fff'>grey",
+            "color-contrast",
+        ),
+        (
+            f"<div style='overflow-x: auto; white-space: nowrap'>{'wide ' * 30}</div>",
+            "scrollable-region-focusable",
+        ),
+    ],
+)
+def test_a_page_that_is_not_usable_is_seen(
+    browser: Browser, tmp_path: Path, html: str, rule: str
+) -> None:
     page = tmp_path / "page.html"
-    page.write_text("<p style='color: #999; background: #fff'>grey", encoding="utf-8")
-    assert ("light", "color-contrast") in {it[:2] for it in violations(browser, page)}
+    page.write_text(html, encoding="utf-8")
+    assert rule in {it[1] for it in violations(browser, page)}
