@@ -47,15 +47,15 @@ def provenance(
     }
 
 
-def device(options: RunOptions, spec: DeviceSpec) -> dict[str, Any]:
-    """Return what is known of the device before it is asked."""
+def device(spec: DeviceSpec, serial: str) -> dict[str, Any]:
+    """Return what is known of the device before it is asked; the serial number is the label's."""
     return {
         "spec": spec.name,
         "vendor": spec.device.vendor,
         "name": spec.device.name,
         "variant": spec.variant,
         "node_id": spec.node_id,
-        "serial": options.serial,
+        "serial": serial,
         "manual": spec.manual.name,
     }
 

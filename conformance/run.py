@@ -87,7 +87,7 @@ class Run:
             require_free(self.definition.markers, self.spec)
         self.results = Results(
             provenance(options, self.definition, self.spec, self._eds),
-            device(options, self.spec),
+            device(self.spec, options.serial),
             strict=options.strict,
         )
         self.directory: Path | None = None

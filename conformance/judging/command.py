@@ -13,6 +13,7 @@ from conformance.commands.spec import NodeIdOption, ReportDirOption, VariantOpti
 from conformance.errors import BenchError, SpecError
 from conformance.judging.record import Judging, write
 from conformance.judging.recording import read_recording
+from conformance.provenance import manual
 from conformance.report.console import console
 from conformance.report.folder import make_folder
 from conformance.report.record import read_record
@@ -45,12 +46,14 @@ def judge(
 ) -> None:
     """Judge what a recording shows of a device; exit 0 conforms, 1 deviates, 2 undecided, 3 usage."""
     started = time.monotonic()
-    spec = load_spec(resources.find("device_specs", device, "--device")).resolve(variant, node_id)
+    file = load_spec(resources.find("device_specs", device, "--device"))
+    spec = file.resolve(variant, node_id)
     if not jitter_ms < float("inf"):
         raise SpecError(f"--jitter-ms: expected a time, got {jitter_ms}")
     seen = read_recording(recording, channel)
     judging = Judging(seen, spec, bitrate or spec.bitrate, jitter_ms, serial)
     results = judging.results()
+    results.manual = manual(file, spec.variant)
     results.run["wall_s"] = round(time.monotonic() - started, 3)
     folder = make_folder(report_dir, spec.name, "recording")
     write(results, seen, folder)

@@ -23,6 +23,7 @@ from conformance.judging.states import states
 from conformance.judging.timeline import Timeline
 from conformance.judging.tpdos import tpdos
 from conformance.judging.transfers import transfers
+from conformance.provenance import device
 from conformance.report.junit import write_junit
 from conformance.report.results import Item, JsonValue, Results
 from conformance.report.seal import digest
@@ -97,7 +98,7 @@ class Judging:
         for find in FINDERS:
             for sighting in find(timeline):
                 by_item[sighting.requirement, sighting.label].append(sighting)
-        results = Results(self._run(timeline), self._device())
+        results = Results(self._run(timeline), device(self.spec, self.serial) | {"identity": {}})
         for requirement in load_checks().values():
             cases = {it.label: it.section for it in requirement.cases(self.spec)}
             seen = [label for name, label in by_item if name == requirement.id]
@@ -177,19 +178,6 @@ class Judging:
             "python": platform.python_version(),
             "python_can": version("python-can"),
             "system": platform.system(),
-        }
-
-    def _device(self) -> dict[str, JsonValue]:
-        spec = self.spec
-        return {
-            "spec": spec.name,
-            "vendor": spec.device.vendor,
-            "name": spec.device.name,
-            "variant": spec.variant,
-            "node_id": spec.node_id,
-            "serial": self.serial,
-            "manual": spec.manual.name,
-            "identity": {},
         }
 
 

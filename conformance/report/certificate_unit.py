@@ -234,7 +234,7 @@ def _not_judged(record: Record) -> Iterator[str]:
         items = groups[verdict, reason]
         named = listed((item.requirement for item in items), 6)
         word = verdict.replace("_", " ")
-        yield f"{len(items)} {word}: {printable(reason) or 'no reason given'} ({named})"
+        yield f"{len(items)} {word}: {printable(reason, MOST_OF_A_NOTE) or 'no reason given'} ({named})"
     others = sum(len(groups[key]) for key in order[MOST_REASONS:])
     if others:
         more = many(len(order) - MOST_REASONS, "other reason")

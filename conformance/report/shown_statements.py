@@ -13,11 +13,11 @@ from conformance.report.results import Item
 
 _INDEX = re.compile(r"[0-9A-F]{4}h")
 FATES: Final = {
-    "deviates": "an item that verifies it failed",
-    "open": "not decided, or only in part",
+    "deviates": "deviating",
+    "open": "undecided, or shown in part",
     "shown": "shown",
-    "not_asked": "not asked in this run",
-    "needs": "needs what no check has",
+    "not_asked": "not judged here",
+    "needs": "out of reach of any check",
     "no_check": "visible, not asked for yet",
     "invisible": "not visible on a bus",
 }
@@ -61,18 +61,25 @@ def coverage(record: Record) -> Coverage:
         items[item.requirement].append(item)
     order = list(FATES)
     whole = record.summary.complete and not record.origin.select
-    told = [_told(statement, items, whole=whole) for statement in record.manual.statements]
+    recorded = bool(record.origin.recording)
+    told = [
+        _told(statement, items, whole=whole, recorded=recorded)
+        for statement in record.manual.statements
+    ]
     told.sort(key=lambda it: order.index(it.fate))
     counted = Counter(it.fate for it in told)
     counts = {words: counted[fate] for fate, words in FATES.items() if counted[fate]}
     return Coverage(told, counts, record.manual.statements_missing if not told else "")
 
 
-def _told(statement: Statement, items: Mapping[str, Sequence[Item]], *, whole: bool) -> Told:
+def _told(
+    statement: Statement, items: Mapping[str, Sequence[Item]], *, whole: bool, recorded: bool
+) -> Told:
     if not statement.verified_by:
         return _unverified(statement)
     found = [it for name in statement.verified_by for it in items.get(name, ())]
-    asked = [it for it in _about(statement, found, whole=whole) if it.verdict != "not_applicable"]
+    about = _about(statement, found, whole=whole)
+    asked = [it for it in about if it.verdict != "not_applicable"]
     words = Counter(it.verdict for it in asked)
     if words["fail"]:
         failed = ", ".join(it.id.partition("/")[2] for it in asked if it.verdict == "fail")
@@ -81,6 +88,10 @@ def _told(statement: Statement, items: Mapping[str, Sequence[Item]], *, whole: b
     if undecided:
         names = ", ".join(dict.fromkeys(it.requirement for it in undecided))
         return Told(statement, "open", f"{names}: {undecided[0].reason}")
+    unseen = [it for it in about if recorded and it.object and it.verdict == "not_applicable"]
+    if words["pass"] and unseen:
+        names = ", ".join(dict.fromkeys(it.requirement for it in unseen))
+        return Told(statement, "open", f"{names}: the recording does not show all cases")
     if words["pass"]:
         return Told(statement, "shown", "")
     return Told(statement, "not_asked", "no item of what verifies it was judged")

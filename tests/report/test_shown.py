@@ -33,9 +33,11 @@ def item(requirement: str, place: str, verdict: Any, **more: Any) -> dict[str, A
     }
 
 
-def record(folder: Path, items: list[dict[str, Any]], select: str = "", **manual: Any) -> Record:
+def record(
+    folder: Path, items: list[dict[str, Any]], select: str = "", recording: str = "", **manual: Any
+) -> Record:
     content = {
-        "run": {"select": select},
+        "run": {"select": select, "recording": recording},
         "device": {"spec": "thing", "node_id": 5},
         "items": items,
         "summary": {"verdict": "conforms"},
@@ -93,6 +95,25 @@ def test_a_deviation_at_another_object_says_nothing_of_a_statement(tmp_path: Pat
     said = [statement(verified_by=["OD-01"], objects=["1018h"])]
 
     assert coverage(record(tmp_path, items, statements=said)).told[0].fate == "shown"
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "fate"),
+    [
+        (["pass", "pass"], "shown"),
+        (["pass", "not_applicable"], "open"),
+        (["not_applicable"], "not_asked"),
+    ],
+)
+def test_a_recording_of_some_cases_shows_a_statement_in_part(
+    verdicts: list[str], fate: str, tmp_path: Path
+) -> None:
+    items = [item("OD-01", f"case {n}", verdict) for n, verdict in enumerate(verdicts)]
+    said = [statement(verified_by=["OD-01"])]
+
+    (told,) = coverage(record(tmp_path, items, recording="a.log", statements=said)).told
+
+    assert told.fate == fate
 
 
 @pytest.mark.parametrize(("select", "fate"), [("", "shown"), ("1017h", "not_asked")])
