@@ -2,7 +2,7 @@
 
 A recorder can lose frames and write them in another order. What such a recording shows of SDO is told by
 a response that nothing asked for, a request that is not answered, or one that comes while another
-waits. All exchanges near such a place, without a pause between, are no evidence.
+waits. All exchanges near such a place, without a pause or a start of the node between, are no evidence.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Literal
 
 from conformance.judging.recording import Recording, Seen
 from conformance.wire import sdo
-from conformance.wire.cob_id import sdo_request, sdo_response
+from conformance.wire.cob_id import heartbeat, sdo_request, sdo_response
 from conformance.wire.errors import WireError
 
 PAUSE_S = 0.2
@@ -76,23 +76,48 @@ class Exchange:
         return self.abort is None
 
 
+@dataclass(frozen=True, slots=True)
+class Unanswered:
+    """Requests in a row to which no response came.
+
+    Args:
+        first: Line of the first.
+        last: Line of the last.
+        reads: They ask for uploads alone.
+    """
+
+    first: int
+    last: int
+    reads: bool
+
+
 @dataclass(slots=True)
 class _Stretch:
     done: list[Exchange] = field(default_factory=list)
     current: Exchange | None = None
-    awaiting: bool = False
+    waiting: list[Seen] = field(default_factory=list)
     irregular: bool = False
     blocks: bool = False
     broken: int = 0
     ended_s: float = 0.0
-    last: int = 0
+
+    @property
+    def disturbed(self) -> bool:
+        """What it shows is no evidence."""
+        return self.irregular or bool(self.waiting)
 
     def close(self) -> Iterator[Exchange]:
         """Return what was seen, each exchange with what it is worth."""
-        regular = not (self.irregular or self.blocks or self.awaiting)
+        regular = not (self.disturbed or self.blocks)
         for exchange in self.done:
             exchange.clean = regular
             yield exchange
+
+    def unanswered(self) -> Iterator[Unanswered]:
+        """Return the requests without response, where they alone disturb it."""
+        if self.waiting and not self.irregular:
+            reads = all(_reads(it) for it in self.waiting)
+            yield Unanswered(self.waiting[0].line, self.waiting[-1].line, reads)
 
 
 @dataclass(slots=True)
@@ -103,13 +128,13 @@ class Exchanges:
         all: In the order in which they ended.
         improper: Responses that no server gives, whatever was asked.
         disturbed: Stretches that are no evidence.
-        unanswered: Lines of the requests that alone make a stretch so: no response ends it.
+        unanswered: The requests that alone make a stretch so.
     """
 
     all: list[Exchange] = field(default_factory=list)
     improper: int = 0
     disturbed: int = 0
-    unanswered: list[int] = field(default_factory=list)
+    unanswered: list[Unanswered] = field(default_factory=list)
 
 
 def exchanges(recording: Recording, node_id: int) -> Exchanges:
@@ -127,12 +152,16 @@ def exchanges(recording: Recording, node_id: int) -> Exchanges:
             stretch.irregular = True
         if frame.remote or frame.extended:
             continue
+        if frame.can_id == heartbeat(node_id) and frame.data == b"\0":
+            _end(stretch, found)
+            stretch = _Stretch()
+            continue
         if not is_request and frame.can_id != sdo_response(node_id):
             continue
         if broken or seen.time_s - stretch.ended_s > PAUSE_S:
             _end(stretch, found)
             stretch = _Stretch(irregular=broken)
-        stretch.ended_s, stretch.last = seen.time_s, seen.line
+        stretch.ended_s = seen.time_s
         if is_request:
             _request(stretch, seen)
         else:
@@ -143,9 +172,8 @@ def exchanges(recording: Recording, node_id: int) -> Exchanges:
 
 def _end(stretch: _Stretch, found: Exchanges) -> None:
     found.all += stretch.close()
-    found.disturbed += stretch.irregular or stretch.awaiting
-    if stretch.awaiting and not stretch.irregular:
-        found.unanswered.append(stretch.last)
+    found.disturbed += stretch.disturbed
+    found.unanswered += stretch.unanswered()
     found.improper += 0 if stretch.blocks else stretch.broken
 
 
@@ -155,18 +183,17 @@ def _request(stretch: _Stretch, seen: Seen) -> None:
     except WireError:
         stretch.irregular = True
         return
-    stretch.irregular |= stretch.awaiting and not isinstance(request, sdo.Abort)
     current = stretch.current
+    begun = current is not None and not stretch.waiting
     match request:
         case sdo.Abort():
-            stretch.irregular |= stretch.awaiting
-            stretch.current, stretch.awaiting = None, False
+            stretch.current = None
             return
         case sdo.InitiateUpload(index, sub):
-            stretch.irregular |= current is not None
+            stretch.irregular |= begun
             stretch.current = Exchange("upload", index, sub, seen, seen)
         case sdo.InitiateDownload():
-            stretch.irregular |= current is not None
+            stretch.irregular |= begun
             made = Exchange("download", request.index, request.sub, seen, seen)
             made.expedited, made.sized = request.expedited, request.size is not None
             made.parts += request.data
@@ -180,21 +207,22 @@ def _request(stretch: _Stretch, seen: Seen) -> None:
             stretch.blocks = True
         case _:
             stretch.irregular = True
-    stretch.awaiting = True
+    stretch.waiting.append(seen)
 
 
 def _response(stretch: _Stretch, seen: Seen) -> None:
-    current, awaited = stretch.current, stretch.awaiting
-    stretch.awaiting = False
+    current, awaited = stretch.current, len(stretch.waiting)
+    stretch.waiting.clear()
     try:
         response = sdo.decode_response(seen.frame.data)
     except WireError:
         stretch.irregular = True
-        stretch.broken += awaited
+        stretch.broken += awaited > 0
         return
     if current is None or not awaited:
         stretch.irregular = True
         return
+    stretch.irregular |= awaited > 1
     current.last, current.reply = seen, seen.frame.data
     done = _take(current, response)
     if done is None:
@@ -203,6 +231,10 @@ def _response(stretch: _Stretch, seen: Seen) -> None:
         stretch.current = None
     if done:
         stretch.done.append(current)
+
+
+def _reads(request: Seen) -> bool:
+    return isinstance(sdo.decode_request(request.frame.data), sdo.InitiateUpload)
 
 
 def _take(current: Exchange, response: sdo.Response) -> bool | None:

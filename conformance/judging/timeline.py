@@ -6,7 +6,7 @@ from bisect import bisect_right
 from collections import defaultdict
 from dataclasses import dataclass, field
 
-from conformance.judging.exchanges import Exchange, Exchanges, exchanges
+from conformance.judging.exchanges import Exchange, Exchanges, Unanswered, exchanges
 from conformance.judging.recording import Recording, Seen
 from conformance.spec.model import DeviceSpec, Entry, Key
 from conformance.wire import cob_id, nmt
@@ -54,6 +54,7 @@ class Timeline:
     exchanges: Exchanges = field(init=False)
     commands: list[tuple[Seen, NmtRequest]] = field(init=False)
     error_control: list[Seen] = field(init=False)
+    _sent: list[Seen] = field(init=False)
     _forgotten: list[int] = field(init=False)
     _facts: dict[Key, list[tuple[int, int | None]]] = field(init=False)
 
@@ -65,9 +66,9 @@ class Timeline:
             for seen in self.recording.seen
             if (request := _command(seen.frame)) is not None and request.node_id in (0, node_id)
         ]
-        stopped = sum(self._is_stopped(line) for line in self.exchanges.unanswered)
-        self.exchanges.disturbed -= stopped
         self.error_control = self.on(cob_id.heartbeat(node_id))
+        self._sent = self._of_node()
+        self.exchanges.disturbed -= sum(map(self._is_explained, self.exchanges.unanswered))
         self._forgotten = self._forgetting()
         self._facts = defaultdict(list)
         for exchange in self.exchanges.all:
@@ -120,9 +121,31 @@ class Timeline:
         word = self.commands[place][1].command
         return next((it for it in NmtCommand if it == word), None)
 
-    def _is_stopped(self, line: int) -> bool:
-        """Tell whether no request is answered, because the node was stopped."""
-        return self.commanded(line) is NmtCommand.STOP
+    def _is_explained(self, requests: Unanswered) -> bool:
+        """Tell whether requests were not answered because the node was stopped, or not up yet.
+
+        A download to a node that is not up may as well have come, and its response been lost.
+        """
+        first, last = requests.first, requests.last
+        if self.commanded(first) is self.commanded(last) is NmtCommand.STOP:
+            return True
+        place = bisect_right(self._sent, first, key=lambda it: it.line)
+        if not requests.reads or place == len(self._sent):
+            return False
+        sent, breaks = self._sent[place], self.recording.breaks
+        lost = bisect_right(breaks, first) != bisect_right(breaks, sent.line)
+        return not lost and sent.frame == Frame(cob_id.heartbeat(self.spec.node_id), b"\0")
+
+    def _of_node(self) -> list[Seen]:
+        """Return the frames on the identifiers that are the node's by default."""
+        node_id = self.spec.node_id
+        own = {cob_id.tpdo(number, node_id) for number in range(1, 5)}
+        own |= {make(node_id) for make in (cob_id.emcy, cob_id.sdo_response, cob_id.heartbeat)}
+        return [
+            it
+            for it in self.recording.seen
+            if it.frame.can_id in own and not it.frame.remote and not it.frame.extended
+        ]
 
     def lasts_until(self, line: int) -> int:
         """Return the line after one at which something may change what the node does."""

@@ -70,3 +70,39 @@ def test_what_was_told_in_another_recording_of_the_file_decides_nothing(tmp_path
 
     assert verdict_of([*earlier, *_beats(0.12)], "HB-01/1017h/100ms", tmp_path) != "fail"
     assert verdict_of([*_set_up(), *_beats(0.12)], "HB-01/1017h/100ms", tmp_path) == "fail"
+
+
+POLL = "632#4000100000000000"
+POLLED = "5B2#4300100019010307"
+BOOT_UP = "732#00"
+
+
+def _slow_after_start(start: Sequence[tuple[float, str]]) -> list[tuple[float, str]]:
+    """Return a recording that begins so, and shows a heartbeat that is 20 % slow later on."""
+    later = [*_set_up(), *_beats(0.12)]
+    return [*start, *((2 + time_s, frame) for time_s, frame in later)]
+
+
+@pytest.mark.parametrize("every_s", [0.05, 0.15, 0.5])
+@pytest.mark.parametrize("before", [[], [(0.0, POLL), (0.002, POLLED)]])
+def test_a_master_that_asks_before_the_node_is_up_makes_nothing_doubtful(
+    before: Sequence[tuple[float, str]], every_s: float, tmp_path: Path
+) -> None:
+    asked = [(0.01 + n * every_s, POLL) for n in range(3)]
+    start = [*before, *asked, (1.2, BOOT_UP), (1.21, POLL), (1.212, POLLED)]
+
+    assert verdict_of(_slow_after_start(start), "HB-01/1017h/100ms", tmp_path) == "fail"
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        pytest.param([(0.01, POLL), (0.5, POLL), (0.502, POLLED)], id="it was up"),
+        pytest.param([(0.01, POLL), (0.5, "181#00"), (0.6, "1B2#00"), (1.2, BOOT_UP)], id="alive"),
+        pytest.param([(0.01, WRITE), (1.2, BOOT_UP)], id="it may have been told something"),
+    ],
+)
+def test_requests_that_are_not_answered_otherwise_make_times_doubtful(
+    start: Sequence[tuple[float, str]], tmp_path: Path
+) -> None:
+    assert verdict_of(_slow_after_start(start), "HB-01/1017h/100ms", tmp_path) == "inconclusive"
