@@ -128,11 +128,12 @@ class Hub(SimulatorRig):
 
     def _hear(self, port: _Port) -> None:
         try:
-            what, *arguments = port.connection.recv()
+            told = port.connection.recv()
         except (EOFError, OSError):
             self._gone(port)
             return
-        getattr(self, f"_on_{what}")(port, *arguments)
+        for what, *arguments in told:
+            getattr(self, f"_on_{what}")(port, *arguments)
 
     def _on_join(self, port: _Port, bitrate: int, node_id: int) -> None:
         port.node_id = node_id
@@ -148,8 +149,6 @@ class Hub(SimulatorRig):
 
     def _on_recv(self, port: _Port, timeout_ns: int | None) -> None:
         port.until_ns = NEVER if timeout_ns is None else self._bus.now_ns + timeout_ns
-        if port.received or timeout_ns == 0:
-            self._answer(port)
 
     def _on_bitrate(self, port: _Port, bitrate: int) -> None:
         if port.client is not None:

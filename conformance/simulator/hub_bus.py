@@ -34,6 +34,7 @@ class HubBus(RigCalls, can.BusABC):
         self.channel_info = f"simulated bus {channel}"
         self._connection = connection
         self._received: deque[Received] = deque()
+        self._told: list[tuple[object, ...]] = []
         self._now_ns = int(self._ask("join", bitrate, node_id))
         super().__init__(channel)
 
@@ -45,9 +46,12 @@ class HubBus(RigCalls, can.BusABC):
             raise can.CanOperationError(str(error)) from error
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
-        """Return the next frame, None after the timeout in simulated seconds; None waits for ever."""
-        if not self._received:
-            wait_ns = None if timeout is None else nanoseconds(timeout)
+        """Return the next frame, None after the timeout in simulated seconds; None waits for ever.
+
+        Without a timeout the hub is not asked: no time passes while this process waits for nothing.
+        """
+        wait_ns = None if timeout is None else nanoseconds(timeout)
+        if not self._received and wait_ns != 0:
             with uninterrupted():
                 self._now_ns, received = self._ask("recv", wait_ns)
                 self._received.extend(received)
@@ -60,8 +64,9 @@ class HubBus(RigCalls, can.BusABC):
         """Leave the bus."""
         if not self._is_shutdown:
             super().shutdown()
+            self._tell("leave")
             with suppress(can.CanError):  # it is gone
-                self._tell("leave")
+                self._say()
 
     # Its clock
 
@@ -95,13 +100,19 @@ class HubBus(RigCalls, can.BusABC):
         """Return an answer; an interrupt before it is there would leave it to the next question."""
         with uninterrupted():
             self._tell(what, *arguments)
+            self._say()
             try:
                 return self._connection.recv()
             except (EOFError, OSError) as error:
                 raise can.CanOperationError(f"{self.channel_info} is gone") from error
 
     def _tell(self, what: str, *arguments: object) -> None:
+        """Keep what the hub has to do before it answers the next question; no time passes until then."""
+        self._told.append((what, *arguments))
+
+    def _say(self) -> None:
+        told, self._told = self._told, []
         try:
-            self._connection.send((what, *arguments))
+            self._connection.send(told)
         except OSError as error:
             raise can.CanOperationError(f"{self.channel_info} is gone") from error
