@@ -143,7 +143,15 @@ class _Producer:
         yield Sighting("TPDO-02", label, section, part[0], part[-1], judge, doubt, proof=True)
 
     def _states(self) -> Iterator[Sighting]:
-        """Return whether it came between two heartbeats that say that it may not."""
+        """Return in which states it came: where it may not, or both where it may and not elsewhere."""
+        spans = list(self._spans())
+        unsent = [state in NOT_SENDING for state, _, _ in spans]
+        for state, came, sighting in spans:
+            if (came and state in NOT_SENDING) or (any(unsent) and not all(unsent)):
+                yield sighting
+
+    def _spans(self) -> Iterator[tuple[NmtState, bool, Sighting]]:
+        """Return the state between two heartbeats that say the same, and whether it came there."""
         timeline = self._timeline
         commands = [seen.line for seen, _ in timeline.commands]
         for can_id in self._identifiers():
@@ -163,7 +171,8 @@ class _Producer:
                 judge = partial(_judge_state, state=state, count=len(between))
                 label, section = self._case.label, self._case.section
                 doubt = "" if is_its else UNTOLD
-                yield Sighting("TPDO-01", label, section, first, last, judge, doubt)
+                shown = Sighting("TPDO-01", label, section, first, last, judge, doubt)
+                yield state, bool(between), shown
 
 
 def _judge_length(verdict: Verdict, lengths: list[int], octets: list[int]) -> None:

@@ -1,4 +1,4 @@
-"""What TPDOs carry, in recordings written by hand: values in their documented range, and others."""
+"""What TPDOs carry and in which states they come, in recordings written by hand."""
 
 from __future__ import annotations
 
@@ -40,3 +40,34 @@ def test_a_value_is_held_against_its_range_where_the_mapping_is_told(
     value: int, setup: Sequence[tuple[str, str]], verdict: str, tmp_path: Path
 ) -> None:
     assert verdict_of(_frames(value, setup), "TPDO-05/1800h", tmp_path) == verdict
+
+
+def _states(*parts: tuple[str, int]) -> list[tuple[float, str]]:
+    """Return what identifies a TPDO, then for each state told how many of it come between heartbeats."""
+    frames = [(0.0, COB_ID[0]), (0.002, COB_ID[1])]
+    for place, (state, count) in enumerate(parts):
+        begins_s = 1 + 2 * place
+        for n in range(4):
+            frames.append((begins_s + n / 4, f"732#{state}"))
+            frames += [(begins_s + n / 4 + k / 100, "1B2#00") for k in range(1, count + 1)]
+    return frames
+
+
+OPERATIONAL, PRE_OPERATIONAL = "05", "7F"
+
+
+@pytest.mark.parametrize(
+    ("parts", "verdict"),
+    [
+        ([(OPERATIONAL, 2)], "not_applicable"),
+        ([(PRE_OPERATIONAL, 0)], "not_applicable"),
+        ([(PRE_OPERATIONAL, 0), (OPERATIONAL, 0)], "not_applicable"),
+        ([(PRE_OPERATIONAL, 0), (OPERATIONAL, 2)], "pass"),
+        ([(PRE_OPERATIONAL, 1)], "fail"),
+        ([(PRE_OPERATIONAL, 1), (OPERATIONAL, 2)], "fail"),
+    ],
+)
+def test_a_tpdo_is_shown_in_operational_alone_by_what_shows_another_state_too(
+    parts: Sequence[tuple[str, int]], verdict: str, tmp_path: Path
+) -> None:
+    assert verdict_of(_states(*parts), "TPDO-01/1800h", tmp_path) == verdict
