@@ -74,12 +74,12 @@ class Timeline:
         for exchange in self.exchanges.all:
             self._learn(exchange)
 
-    def on(self, can_id: int) -> list[Seen]:
-        """Return the data frames on an 11-bit identifier."""
+    def on(self, *can_ids: int) -> list[Seen]:
+        """Return the data frames on some 11-bit identifiers."""
         return [
             it
             for it in self.recording.seen
-            if it.frame.can_id == can_id and not it.frame.remote and not it.frame.extended
+            if it.frame.can_id in can_ids and not it.frame.remote and not it.frame.extended
         ]
 
     @property
@@ -139,13 +139,8 @@ class Timeline:
     def _of_node(self) -> list[Seen]:
         """Return the frames on the identifiers that are the node's by default."""
         node_id = self.spec.node_id
-        own = {cob_id.tpdo(number, node_id) for number in range(1, 5)}
-        own |= {make(node_id) for make in (cob_id.emcy, cob_id.sdo_response, cob_id.heartbeat)}
-        return [
-            it
-            for it in self.recording.seen
-            if it.frame.can_id in own and not it.frame.remote and not it.frame.extended
-        ]
+        own = [make(node_id) for make in (cob_id.emcy, cob_id.sdo_response, cob_id.heartbeat)]
+        return self.on(*own, *(cob_id.tpdo(number, node_id) for number in range(1, 5)))
 
     def lasts_until(self, line: int) -> int:
         """Return the line after one at which something may change what the node does."""
